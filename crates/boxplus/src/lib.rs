@@ -1,0 +1,7 @@
+//! State estimation on Lie groups: where is it, and how sure are we?
+//!
+//! The modules are in reading order, and each imports only from those before it:
+//! `lie → graph → pose_graph → io`.
+#![cfg_attr(not(feature = "std"), no_std)]
+
+pub mod lie;
