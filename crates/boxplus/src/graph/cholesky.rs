@@ -24,7 +24,8 @@ pub(crate) fn minimum_degree(count: usize, pairs: &[(u32, u32)]) -> Vec<usize> {
     let pattern = SymbolicSparseColMatRef::new_checked(count, count, &starts, None, &rows);
     let (mut order, mut inverse) = (vec![0; count], vec![0; count]);
     let mut memory = MemBuffer::new(amd::order_scratch::<usize>(count, rows.len()));
-    let done = amd::order(&mut order, &mut inverse, pattern, amd::Control::default(), MemStack::new(&mut memory));
+    let done =
+        amd::order(&mut order, &mut inverse, pattern, amd::Control::default(), MemStack::new(&mut memory));
     // The only failure is an index overflow; any order is then as good.
     if done.is_err() { (0..count).collect() } else { order }
 }

@@ -49,7 +49,10 @@ pub trait Factor<const R: usize>: Send + Sync + 'static {
     fn residual<S: Real>(&self, variables: &<Self::Variables as Variables>::Over<S>) -> SVector<S, R>;
 
     /// The residual and its Jacobian by each variable, on the local (right) side: R×D each, in order.
-    fn residual_jac(&self, variables: &Self::Variables) -> (SVector<f64, R>, <Self::Variables as Variables>::Jacobians<R>) {
+    fn residual_jac(
+        &self,
+        variables: &Self::Variables,
+    ) -> (SVector<f64, R>, <Self::Variables as Variables>::Jacobians<R>) {
         (self.residual::<f64>(&variables.constant()), dual_jacobians(self, variables))
     }
 }
@@ -100,7 +103,10 @@ pub trait Variables: Copy + Send + Sync + 'static {
     /// The tuple with the element at `position` moved by `delta`.
     fn perturb<S: Real>(&self, position: usize, delta: &[S]) -> Self::Over<S>;
     /// Exact Jacobians by dual numbers.
-    fn derivatives<const R: usize, F: Factor<R, Variables = Self> + ?Sized>(factor: &F, at: &Self) -> Self::Jacobians<R>;
+    fn derivatives<const R: usize, F: Factor<R, Variables = Self> + ?Sized>(
+        factor: &F,
+        at: &Self,
+    ) -> Self::Jacobians<R>;
     #[doc(hidden)]
     fn kinds() -> &'static [fn() -> TypeId];
     #[doc(hidden)]
@@ -175,7 +181,10 @@ variables!(A a 0, B b 1, C c 2, D d 3);
 
 /// (U·J)ᵀ for an upper triangular U: D×R, so that all later loops run along contiguous columns.
 #[inline]
-fn whitened_transpose<const R: usize, V: Variable>(jacobian: &V::Jacobian<R>, u: &SMatrix<f64, R, R>) -> V::Jacobian<R> {
+fn whitened_transpose<const R: usize, V: Variable>(
+    jacobian: &V::Jacobian<R>,
+    u: &SMatrix<f64, R, R>,
+) -> V::Jacobian<R> {
     let mut out = V::Jacobian::<R>::zeros();
     let (j, w) = (jacobian.as_slice(), out.as_mut_slice());
     for r in 0..R {

@@ -15,7 +15,12 @@ pub(crate) fn fix(sets: &[Box<dyn AnySet>], values: &mut Values) -> Vec<Variable
             *best = Some(id);
         }
     }
-    let held: Vec<_> = best.iter().enumerate().filter(|&(root, _)| !parts.anchored[root]).filter_map(|(_, &id)| id).collect();
+    let held: Vec<_> = best
+        .iter()
+        .enumerate()
+        .filter(|&(root, _)| !parts.anchored[root])
+        .filter_map(|(_, &id)| id)
+        .collect();
     held.iter().for_each(|&id| values.set_held(id, true));
     held
 }
@@ -37,8 +42,12 @@ impl Parts {
         let mut index = Offsets::none(values);
         ids.iter().enumerate().for_each(|(i, &id)| index.set(id, i));
         let count = ids.len();
-        let mut parts =
-            Self { ids, parent: (0..count).collect(), anchored: vec![false; count], read: vec![false; count] };
+        let mut parts = Self {
+            ids,
+            parent: (0..count).collect(),
+            anchored: vec![false; count],
+            read: vec![false; count],
+        };
         let mut ties = vec![];
         for set in sets {
             for factor in 0..set.len() {

@@ -34,6 +34,7 @@ mod factor;
 mod factor_name;
 mod factors;
 mod gauge;
+mod initialise;
 mod marginals;
 mod noise;
 mod report;
@@ -48,11 +49,11 @@ pub use diagnose::{FreeCoordinate, Unconstrained};
 pub use error::GraphError;
 pub use factor::{Factor, FactorId, MAX_ARITY, Variables, dual_jacobians};
 pub use factor_name::FactorName;
-pub(crate) use factors::isotropic_weights;
 pub use factors::{
     Bearing2, Bearing3, Between, Chart, Chordal, Difference, G2o, Log, Prior, Range, Sighting2, Sighting3,
     isotropic_information,
 };
+pub use initialise::{Initial, Initialisation};
 pub use marginals::Marginals;
 pub use noise::Noise;
 pub use report::{Iteration, Seconds, SolveReport, Termination};
@@ -208,8 +209,11 @@ impl Graph {
             }
         }
         let faulty = gauge::faulty(&self.sets, values);
-        let missing: Vec<_> =
-            faulty.iter().filter(|(_, state)| *state == State::Declared).map(|&(id, _)| values.name(id)).collect();
+        let missing: Vec<_> = faulty
+            .iter()
+            .filter(|(_, state)| *state == State::Declared)
+            .map(|&(id, _)| values.name(id))
+            .collect();
         if !missing.is_empty() {
             return Err(GraphError::MissingValues { variables: missing });
         }

@@ -48,7 +48,9 @@ impl<const R: usize> Noise<R> {
         }
         match Cholesky::new(*information) {
             Some(factor) => Ok(Self { sqrt_information: factor.l().transpose() }),
-            None => Err(GraphError::NotPositiveDefinite { smallest_eigenvalue: smallest_eigenvalue(information) }),
+            None => {
+                Err(GraphError::NotPositiveDefinite { smallest_eigenvalue: smallest_eigenvalue(information) })
+            }
         }
     }
 

@@ -1,7 +1,7 @@
 //! Steps of the trust-region methods, and how far the linear model is trusted.
 
-use super::clock::Clock;
 use super::cholesky::Cholesky;
+use super::clock::Clock;
 use super::report::Seconds;
 use super::solve::{Algorithm, SolveOptions};
 use super::structure::{Normal, Structure};
@@ -49,9 +49,14 @@ pub(crate) struct Region {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Trust {
     /// λ, and ν by which a rejection multiplies it.
-    Damping { lambda: f64, nu: f64 },
+    Damping {
+        lambda: f64,
+        nu: f64,
+    },
     /// Consecutive steps that raised the cost.
-    Full { climbs: u32 },
+    Full {
+        climbs: u32,
+    },
     Radius(f64),
 }
 
@@ -185,7 +190,8 @@ impl Region {
             Trust::Damping { lambda, nu } => {
                 if accepted {
                     // Nielsen: a smooth fall with the gain. Near a quadratic minimum (gain → 1) λ falls tenfold.
-                    *lambda = (*lambda * (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(0.1, 2.0)).max(SMALLEST_DAMPING);
+                    *lambda =
+                        (*lambda * (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(0.1, 2.0)).max(SMALLEST_DAMPING);
                     *nu = 2.0;
                 } else {
                     *lambda *= *nu;
@@ -198,7 +204,8 @@ impl Region {
                 cost.is_finite() && *climbs < CLIMBS
             }
             Trust::Radius(radius) => {
-                let length = step.delta.iter().zip(&self.diagonal).map(|(x, d)| x * x * d).sum::<f64>().sqrt();
+                let length =
+                    step.delta.iter().zip(&self.diagonal).map(|(x, d)| x * x * d).sum::<f64>().sqrt();
                 if gain > 0.75 {
                     *radius = radius.max(3.0 * length);
                 } else if gain < 0.25 || !cost.is_finite() {
@@ -228,7 +235,8 @@ impl Region {
 
 /// The point of Powell's path 0 → Cauchy → Gauss–Newton at ‖√D·δ‖ = radius, or its end.
 fn dogleg(newton: &[f64], cauchy: &[f64], diagonal: &[f64], radius: f64) -> Vec<f64> {
-    let inner = |a: &[f64], b: &[f64]| a.iter().zip(b).zip(diagonal).map(|((a, b), d)| a * b * d).sum::<f64>();
+    let inner =
+        |a: &[f64], b: &[f64]| a.iter().zip(b).zip(diagonal).map(|((a, b), d)| a * b * d).sum::<f64>();
     if inner(newton, newton) <= radius * radius {
         return newton.to_vec();
     }

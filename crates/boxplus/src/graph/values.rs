@@ -194,7 +194,9 @@ impl Values {
 
     /// Whether the variable exists and has a finite value.
     pub(crate) fn state(&self, id: VariableId) -> Option<State> {
-        self.any_store(id.kind).filter(|store| (id.slot as usize) < store.len()).map(|store| store.state(id.slot))
+        self.any_store(id.kind)
+            .filter(|store| (id.slot as usize) < store.len())
+            .map(|store| store.state(id.slot))
     }
 
     pub(crate) fn set_held(&mut self, id: VariableId, held: bool) {

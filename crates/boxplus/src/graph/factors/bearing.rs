@@ -39,7 +39,8 @@ impl Factor<1> for Bearing2 {
         let (x, p) = variables;
         let (seen, d_seen_d_x, d_seen_d_p) = x.act_inverse_jac(&p.vector());
         let square = seen.norm_squared();
-        let d_r_d_seen = if square > 0.0 { Matrix1x2::new(-seen.y, seen.x) / square } else { Matrix1x2::zeros() };
+        let d_r_d_seen =
+            if square > 0.0 { Matrix1x2::new(-seen.y, seen.x) / square } else { Matrix1x2::zeros() };
         (self.residual::<f64>(variables), (d_r_d_seen * d_seen_d_x, d_r_d_seen * d_seen_d_p))
     }
 }

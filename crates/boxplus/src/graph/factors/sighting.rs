@@ -59,7 +59,10 @@ impl Factor<3> for Sighting3 {
         sensor_from_pose.act(&x.act_inverse(&p.vector())) - self.measured.map(S::lit)
     }
 
-    fn residual_jac(&self, (x, p): &(SE3, Rn<3>)) -> (SVector<f64, 3>, (SMatrix<f64, 3, 6>, SMatrix<f64, 3, 3>)) {
+    fn residual_jac(
+        &self,
+        (x, p): &(SE3, Rn<3>),
+    ) -> (SVector<f64, 3>, (SMatrix<f64, 3, 6>, SMatrix<f64, 3, 3>)) {
         let sensor_from_pose = self.pose_from_sensor.inverse();
         let (seen, d_seen_d_x, d_seen_d_p) = x.act_inverse_jac(&p.vector());
         let r = sensor_from_pose.rotation().to_matrix();
