@@ -7,10 +7,10 @@
 use core::fmt;
 
 use super::GraphError;
-use super::cholesky::Cholesky;
-use super::step::{dot, product};
-use super::structure::{Normal, Structure};
-use super::values::{Values, VariableName};
+use super::linear::cholesky::Cholesky;
+use super::linear::structure::{Normal, Structure};
+use super::solve::step::{dot, product};
+use super::{Values, VariableName};
 
 /// One coordinate of one variable that takes part in an unconstrained direction.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,8 +1,7 @@
 //! What can be wrong with a graph.
 
 use super::diagnose::Unconstrained;
-use super::factor_name::FactorName;
-use super::values::VariableName;
+use super::names::{FactorName, VariableName};
 
 /// Why a graph cannot be solved, or a matrix cannot be a noise.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -6,9 +6,9 @@ use core::ops::Range;
 
 use nalgebra::{SMatrix, SVector};
 
+use super::linear::structure::{Normal, SetPlan};
 use super::noise::Noise;
 use super::robust::Kernel;
-use super::structure::{Normal, SetPlan};
 use super::values::{Key, Values, VariableId};
 use super::variable::{JacobianBlock, TangentResidual, Variable};
 use crate::lie::Real;
@@ -27,6 +27,7 @@ use crate::lie::Real;
 /// struct Distance(f64);
 /// impl Factor<1> for Distance {
 ///     const NAME: &'static str = "distance driven";
+///     const RELATIVE: bool = true;
 ///     type Variables = (SE2, SE2);
 ///     fn residual<S: Real>(&self, (a, b): &(SE2<S>, SE2<S>)) -> SVector<S, 1> {
 ///         vector![(b.translation() - a.translation()).norm() - S::lit(self.0)]
@@ -42,6 +43,9 @@ use crate::lie::Real;
 pub trait Factor<const R: usize>: Send + Sync + 'static {
     /// What messages call it.
     const NAME: &'static str;
+    /// Whether it measures its variables against each other only, so that moving all of them together, as one rigid
+    /// world, changes nothing. Where all factors of a connected part are such, one of its variables is held.
+    const RELATIVE: bool = false;
     /// The variables it reads, as a tuple of one to four.
     type Variables: Variables;
 
@@ -290,6 +294,7 @@ pub(crate) const fn stride(dims: &[usize]) -> usize {
 /// A [`FactorSet`] whose type is forgotten: one virtual call per chunk of factors.
 pub(crate) trait AnySet: Any + Send + Sync {
     fn name(&self) -> &'static str;
+    fn is_relative(&self) -> bool;
     fn len(&self) -> usize;
     fn dims(&self) -> &'static [usize];
     /// The variables of a factor.
@@ -310,6 +315,9 @@ pub(crate) trait AnySet: Any + Send + Sync {
 impl<F: Factor<R>, const R: usize> AnySet for FactorSet<F, R> {
     fn name(&self) -> &'static str {
         F::NAME
+    }
+    fn is_relative(&self) -> bool {
+        F::RELATIVE
     }
     fn len(&self) -> usize {
         self.factors.len()

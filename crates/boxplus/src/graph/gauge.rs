@@ -3,7 +3,7 @@
 use super::factor::AnySet;
 use super::values::{Offsets, State, Values, VariableId};
 
-/// Holds one variable in every connected part that has neither a held variable nor a factor of a single variable.
+/// Holds one variable in every connected part that has no held variable and whose factors are all relative.
 ///
 /// The one held is the first of the largest kind (a pose rather than a landmark). Returns what was held.
 pub(crate) fn fix(sets: &[Box<dyn AnySet>], values: &mut Values) -> Vec<VariableId> {
@@ -54,8 +54,8 @@ impl Parts {
                 let members: Vec<usize> = set.ids(factor).iter().filter_map(|&id| index.get(id)).collect();
                 members.iter().for_each(|&i| parts.read[i] = true);
                 members.windows(2).for_each(|pair| parts.join(pair[0], pair[1]));
-                if let [alone] = members[..] {
-                    ties.push(alone);
+                if !set.is_relative() {
+                    ties.extend(members.first());
                 }
             }
         }

@@ -25,47 +25,42 @@
 //! # Ok::<(), boxplus::graph::GraphError>(())
 //! ```
 
-mod cholesky;
-mod clock;
 mod diagnose;
 mod error;
-mod evaluate;
 mod factor;
-mod factor_name;
 mod factors;
 mod gauge;
 mod initialise;
+mod linear;
 mod marginals;
+mod names;
 mod noise;
-mod report;
 mod robust;
 mod solve;
-mod step;
-mod structure;
 mod values;
 mod variable;
 
 pub use diagnose::{FreeCoordinate, Unconstrained};
 pub use error::GraphError;
 pub use factor::{Factor, FactorId, MAX_ARITY, Variables, dual_jacobians};
-pub use factor_name::FactorName;
+
 pub use factors::{
     Bearing2, Bearing3, Between, Chart, Chordal, Difference, G2o, Log, Prior, Range, Sighting2, Sighting3,
     isotropic_information,
 };
 pub use initialise::{Initial, Initialisation};
 pub use marginals::Marginals;
+pub use names::{FactorName, VariableName};
 pub use noise::Noise;
-pub use report::{Iteration, Seconds, SolveReport, Termination};
 pub use robust::{Kernel, KernelError};
-pub use solve::{Algorithm, Solution, SolveOptions};
-pub use values::{Key, Values, VariableId, VariableName};
+pub use solve::{Algorithm, Iteration, Seconds, Solution, SolveOptions, SolveReport, Termination};
+pub use values::{Key, Values, VariableId};
 pub use variable::{GroupVariable, JacobianBlock, Located, TangentResidual, Variable, derivative};
 
 use core::ops::ControlFlow;
 
-use evaluate::Evaluator;
 use factor::{AnySet, FactorSet};
+use linear::evaluate::Evaluator;
 use values::State;
 
 /// The factors: what was measured, with which noise.

@@ -5,6 +5,7 @@ use core::fmt;
 use core::marker::PhantomData;
 
 use super::GraphError;
+use super::names::VariableName;
 use super::variable::Variable;
 
 /// Names one variable of type `V` in the [`Values`] that made it.
@@ -48,21 +49,6 @@ pub struct VariableId {
 impl<V: Variable> From<Key<V>> for VariableId {
     fn from(key: Key<V>) -> Self {
         Self { kind: TypeId::of::<V>(), slot: key.slot }
-    }
-}
-
-/// How messages call a variable: its kind and its label (the id of its file, else its number).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct VariableName {
-    /// Kind, e.g. `"SE2"`.
-    pub kind: &'static str,
-    /// Id in its file, or the number of its key.
-    pub label: u64,
-}
-
-impl fmt::Display for VariableName {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} {}", self.kind, self.label)
     }
 }
 
@@ -184,7 +170,7 @@ impl Values {
 
     /// Dimension of a variable's tangent; 0 for a foreign one.
     pub(crate) fn dim(&self, id: VariableId) -> usize {
-        self.any_store(id.kind).map_or(0, |store| store.dim())
+        self.any_store(id.kind).map_or(0, AnyStore::dim)
     }
 
     /// Names of the coordinates of a variable's tangent.

@@ -26,6 +26,7 @@ impl Bearing2 {
 
 impl Factor<1> for Bearing2 {
     const NAME: &'static str = "bearing";
+    const RELATIVE: bool = true;
     type Variables = (SE2, Rn<2>);
 
     fn residual<S: Real>(&self, (x, p): &(SE2<S>, Rn<2, S>)) -> Vector1<S> {
@@ -73,6 +74,7 @@ impl Bearing3 {
 
 impl Factor<2> for Bearing3 {
     const NAME: &'static str = "bearing";
+    const RELATIVE: bool = true;
     type Variables = (SE3, Rn<3>);
 
     fn residual<S: Real>(&self, (x, p): &(SE3<S>, Rn<3, S>)) -> Vector2<S> {

@@ -36,6 +36,7 @@ impl<G, C: Default> Between<G, C> {
 
 impl<G: GroupVariable<D>, C: Chart<G, D>, const D: usize> Factor<D> for Between<G, C> {
     const NAME: &'static str = "displacement";
+    const RELATIVE: bool = true;
     type Variables = (G, G);
 
     fn residual<S: Real>(

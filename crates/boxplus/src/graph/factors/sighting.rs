@@ -18,6 +18,7 @@ pub struct Sighting2 {
 
 impl Factor<2> for Sighting2 {
     const NAME: &'static str = "sighting";
+    const RELATIVE: bool = true;
     type Variables = (SE2, Rn<2>);
 
     fn residual<S: Real>(&self, (x, p): &(SE2<S>, Rn<2, S>)) -> Vector2<S> {
@@ -52,6 +53,7 @@ impl Sighting3 {
 
 impl Factor<3> for Sighting3 {
     const NAME: &'static str = "sighting";
+    const RELATIVE: bool = true;
     type Variables = (SE3, Rn<3>);
 
     fn residual<S: Real>(&self, (x, p): &(SE3<S>, Rn<3, S>)) -> Vector3<S> {

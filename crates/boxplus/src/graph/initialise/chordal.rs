@@ -11,10 +11,10 @@
 use nalgebra::{SMatrix, SVector};
 
 use super::edges::{Edge, Pose};
-use crate::graph::cholesky::Cholesky;
-use crate::graph::evaluate::Evaluator;
 use crate::graph::factor::AnySet;
-use crate::graph::structure::Structure;
+use crate::graph::linear::cholesky::Cholesky;
+use crate::graph::linear::evaluate::Evaluator;
+use crate::graph::linear::structure::Structure;
 use crate::graph::{Between, Factor, Graph, GraphError, Key, Noise, Values, Variable};
 use crate::lie::{Real, Rn};
 
@@ -55,6 +55,7 @@ struct Row<const N: usize> {
 
 impl<const N: usize> Factor<N> for Row<N> {
     const NAME: &'static str = "row of a rotation";
+    const RELATIVE: bool = true;
     type Variables = (Rn<N>, Rn<N>);
 
     fn residual<S: Real>(

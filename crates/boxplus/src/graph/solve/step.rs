@@ -1,10 +1,10 @@
 //! Steps of the trust-region methods, and how far the linear model is trusted.
 
-use super::cholesky::Cholesky;
 use super::clock::Clock;
 use super::report::Seconds;
-use super::solve::{Algorithm, SolveOptions};
-use super::structure::{Normal, Structure};
+use super::{Algorithm, SolveOptions};
+use crate::graph::linear::cholesky::Cholesky;
+use crate::graph::linear::structure::{Normal, Structure};
 
 /// The linear model at the current estimate, and the means to solve it.
 pub(crate) struct System<'a> {
@@ -40,7 +40,7 @@ pub(crate) struct Region {
     diagonal: Vec<f64>,
     /// H + λD.
     damped: Vec<f64>,
-    /// λ of the matrix last factorised.
+    /// λ of the matrix last factorised, NaN before the first.
     factored: f64,
     /// For dogleg: the Gauss–Newton step and the Cauchy step of this linearisation.
     steps: Option<(Vec<f64>, Vec<f64>)>,
@@ -82,7 +82,7 @@ impl Region {
             trust,
             diagonal: vec![0.0; normal.gradient.len()],
             damped: vec![0.0; normal.matrix.len()],
-            factored: 0.0,
+            factored: f64::NAN,
             steps: None,
         }
     }
@@ -218,6 +218,10 @@ impl Region {
 
     /// Whether the last factor was (nearly) singular but for its damping: two inverse iterations in the metric of D.
     pub(crate) fn hints_at_singularity(&self, cholesky: &mut Cholesky) -> bool {
+        // Nothing was factorised, or with much damping: nothing is known.
+        if self.factored.is_nan() || self.factored > 1e-6 {
+            return true;
+        }
         // A fixed rough vector: no eigenvector of a real problem is orthogonal to it twice.
         let mut x: Vec<f64> = (0..self.diagonal.len()).map(|i| (1.0 + i as f64 * 0.754_877).sin()).collect();
         let mut smallest = f64::INFINITY;
@@ -229,7 +233,7 @@ impl Region {
             smallest = dot(&x, &x).sqrt().recip();
         }
         // smallest ≈ the least eigenvalue of D^-½HD^-½, plus λ.
-        smallest < 1e-10 + 3.0 * self.factored && self.factored < 1e-3
+        smallest < 1e-10 + 3.0 * self.factored
     }
 }
 

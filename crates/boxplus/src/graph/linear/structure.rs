@@ -5,8 +5,8 @@
 //! minimum degree on the graph of variables, not of scalars), so that the factorisation permutes nothing.
 
 use super::cholesky::minimum_degree;
-use super::factor::AnySet;
-use super::values::{Offsets, Values, VariableId};
+use crate::graph::factor::AnySet;
+use crate::graph::values::{Offsets, Values, VariableId};
 
 /// The matrix JᵀJ (lower triangle, compressed columns of [`Structure::pattern`]) and the vector Jᵀr.
 #[derive(Clone, Debug)]

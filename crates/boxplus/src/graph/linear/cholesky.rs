@@ -12,8 +12,8 @@ use faer::sparse::linalg::cholesky::{
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side, Spec};
 
-use super::GraphError;
 use super::structure::Pattern;
+use crate::graph::GraphError;
 
 /// A fill-reducing elimination order of `count` nodes joined by `pairs` (a ≤ b, sorted, each once).
 pub(crate) fn minimum_degree(count: usize, pairs: &[(u32, u32)]) -> Vec<usize> {
