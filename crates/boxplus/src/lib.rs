@@ -4,4 +4,8 @@
 //! `lie → graph → pose_graph → io`.
 #![cfg_attr(not(feature = "std"), no_std)]
 
+#[cfg(feature = "io")]
+pub mod io;
 pub mod lie;
+#[cfg(feature = "io")]
+pub mod pose_graph;
