@@ -20,7 +20,7 @@ use crate::lie::Real;
 ///
 /// ```
 /// use boxplus::graph::{Factor, Graph, Noise, Values};
-/// use boxplus::lie::{Real, Rn, SE2};
+/// use boxplus::lie::{LieGroup, Real, SE2};
 /// use nalgebra::{vector, SVector};
 ///
 /// /// Odometer: the distance driven between two poses, whatever the direction.
@@ -35,7 +35,7 @@ use crate::lie::Real;
 /// }
 ///
 /// let (mut graph, mut values) = (Graph::new(), Values::new());
-/// let keys = (values.insert(SE2::identity()), values.insert(SE2::new(vector![1.0, 0.0].into(), 0.0)));
+/// let keys = (values.insert(SE2::identity()), values.insert(SE2::new(vector![1.0, 0.0], 0.0)));
 /// graph.add(keys, Distance(2.0), Noise::from_sigmas(&vector![0.1])?);
 /// assert!((graph.cost(&values)? - 50.0).abs() < 1e-12); // ½ (1 m / 0.1 m)²
 /// # Ok::<(), boxplus::graph::GraphError>(())

@@ -55,7 +55,7 @@ impl<V: Variable> From<Key<V>> for VariableId {
 /// The estimate: every variable's value, and which of them are held.
 ///
 /// ```
-/// use boxplus::{graph::Values, lie::SE2};
+/// use boxplus::{graph::Values, lie::{LieGroup, SE2}};
 /// let mut values = Values::new();
 /// let start = values.insert(SE2::identity());
 /// values.hold(start); // exactly fixed: it leaves the problem, no prior stands in for it
