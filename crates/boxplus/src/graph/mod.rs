@@ -5,7 +5,7 @@
 //! Steps are local, X ⊞ δ = X·Exp(δ). [`Graph::marginals`] says how sure the result is.
 //!
 //! ```
-//! use boxplus::graph::{Between, Graph, Noise, Prior, SolveOptions, Values};
+//! use boxplus::graph::{Between, Graph, Initial, Noise, Prior, SolveOptions, Values};
 //! use boxplus::lie::{LieGroup, SE2};
 //! use nalgebra::vector;
 //!
@@ -18,7 +18,8 @@
 //! }
 //! graph.add((corners[0],), Prior { mean: SE2::identity() }, Noise::unit());
 //!
-//! let solution = graph.optimize(&values, &SolveOptions::default())?;
+//! let start = graph.initialise(&values, Initial::Auto)?.values; // never start from nothing
+//! let solution = graph.optimize(&start, &SolveOptions::default())?;
 //! assert!(solution.report.converged() && solution.report.cost < 1e-20);
 //! let opposite = solution.values.get(corners[2]).unwrap().translation();
 //! assert!((opposite - vector![1.0, 1.0]).norm() < 1e-9);
