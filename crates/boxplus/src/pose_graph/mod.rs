@@ -22,11 +22,15 @@ mod constraint;
 mod faults;
 mod ids;
 mod information;
+#[cfg(feature = "solve")]
+pub mod solve;
 mod statistics;
 
 pub use constraint::{Constraint, Kind, Measured, VertexKind};
 pub use faults::{Fault, Severity};
 pub use information::InformationProblem;
+#[cfg(feature = "solve")]
+pub use solve::{ChartKind, Costs, Indefinite, PoseGraphError, SolveSettings, Solved};
 pub use statistics::{Degree, Statistics};
 
 use crate::lie::{SE2, SE3};
