@@ -1,9 +1,11 @@
 //! The optimum of a pose graph, and how good it is.
 //!
 //! ```
-//! use boxplus::pose_graph::{solve, simulate, SolveSettings};
-//! let world = simulate::Simulator::Manhattan.run(&simulate::Options { size: 100, ..Default::default() })?;
-//! let solved = solve::solve(&world.graph, &SolveSettings::default())?;
+//! use boxplus::pose_graph::SolveSettings;
+//! use boxplus::pose_graph::simulate::{Options, Simulator};
+//! use boxplus::pose_graph::solve::solve;
+//! let world = Simulator::Manhattan.simulate(&Options { size: Some(400), ..Options::default() })?;
+//! let solved = solve(&world.graph, &SolveSettings::default())?;
 //! assert!(solved.report.converged());
 //! assert!(solved.cost < solved.initial_cost);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
