@@ -6,6 +6,8 @@
 
 mod action;
 mod error;
+mod homogeneous;
+pub mod laws;
 mod left;
 mod manifold;
 mod real;
