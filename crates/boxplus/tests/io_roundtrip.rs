@@ -277,6 +277,12 @@ fn several_ids_may_be_fixed_in_one_line_and_comments_are_skipped() {
 }
 
 #[test]
+fn a_byte_order_mark_is_skipped() {
+    let graph = io::read(b"\xef\xbb\xbfVERTEX_XY 4 0 0\n", "", None).unwrap().graph;
+    assert_eq!(graph.points2[0].id, 4);
+}
+
+#[test]
 fn gzip_is_read_like_plain_text() {
     use std::io::Write;
     let text = b"VERTEX_XY 0 1 2\n";
