@@ -63,7 +63,9 @@ impl Cholesky {
             symbolic.solve_in_place_scratch::<f64>(columns, Par::Seq),
         ]);
         let memory = MemBuffer::try_new(scratch).map_err(|_| GraphError::OutOfMemory)?;
-        let factor = vec![0.0; symbolic.len_val()];
+        let mut factor = vec![];
+        factor.try_reserve_exact(symbolic.len_val()).map_err(|_| GraphError::OutOfMemory)?;
+        factor.resize(symbolic.len_val(), 0.0);
         Ok(Self { size, symbolic, factor, memory, columns })
     }
 

@@ -163,6 +163,8 @@ pub struct Solved {
     pub report: SolveReport,
     /// The directions that nothing constrains.
     pub unconstrained: Option<Unconstrained>,
+    /// Parts of the graph that no measurement joins: they have no place relative to each other.
+    pub parts: usize,
     /// χ² of every measurement, in the order of [`PoseGraph::constraints`]; NaN where it was left out.
     pub chi2: Vec<f64>,
     /// The measurements whose information matrix had to be mended or left out.
@@ -187,11 +189,6 @@ impl Solved {
         all.sort_by(|a, b| b.chi2.total_cmp(&a.chi2));
         all.truncate(count);
         all
-    }
-
-    /// Parts of the graph that no measurement joins: each has a place of its own.
-    pub fn parts(&self) -> usize {
-        self.report.gauge.len().max(1)
     }
 }
 
@@ -269,6 +266,7 @@ pub fn solve_observed(
         initial_cost: scale * report.initial_cost,
         cost: scale * report.cost,
         chi2: problem.chi2(&solution.values),
+        parts: problem.factors.parts(&problem.values).len(),
         mended: problem.mended,
         unconstrained: solution.unconstrained,
         report,
