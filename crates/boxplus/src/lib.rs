@@ -17,5 +17,7 @@ pub mod graph;
 #[cfg(feature = "io")]
 pub mod io;
 pub mod lie;
+#[cfg(any(feature = "solve", feature = "io"))]
+mod partition;
 #[cfg(feature = "io")]
 pub mod pose_graph;

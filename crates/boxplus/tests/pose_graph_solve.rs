@@ -1,5 +1,9 @@
 //! From a pose graph to its optimum: faults, policies, gauge, landmarks.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::format_push_string,
+    reason = "a test fails by panicking, and need not be fast"
+)]
 
 use std::ops::ControlFlow;
 
@@ -120,8 +124,8 @@ fn landmarks_priors_and_bearings_of_a_file_are_used() {
     let mut text = "EDGE_PRIOR_SE2 0 0 0 0 100 0 0 100 0 100\n".to_owned();
     for (id, pose) in truth.iter().enumerate() {
         let seen = pose.act_inverse(&tree);
-        text += &format!("EDGE_SE2_XY {id} 9 {} {} 25 0 25\n", seen.x, seen.y);
-        text += &format!("EDGE_BEARING_SE2_XY {id} 9 {} 400\n", seen.y.atan2(seen.x));
+        let (x, y, angle) = (seen.x, seen.y, seen.y.atan2(seen.x));
+        text += &format!("EDGE_SE2_XY {id} 9 {x} {y} 25 0 25\nEDGE_BEARING_SE2_XY {id} 9 {angle} 400\n");
     }
     let step = truth[0].between(&truth[1]);
     text += &format!(
