@@ -4,4 +4,8 @@
 //! `lie → graph → pose_graph → io`.
 #![cfg_attr(not(feature = "std"), no_std)]
 
+pub use nalgebra;
+
+#[cfg(feature = "solve")]
+pub mod graph;
 pub mod lie;

@@ -2,15 +2,44 @@
 //!
 //! Perturbations are local (right): X ⊞ τ = X·Exp(τ), Y ⊟ X = Log(X⁻¹Y), Solà et al. (2018) (25), (26).
 //! Tangents are ordered (ρ, θ): metres, then radians.
+#![allow(clippy::type_complexity)] // A value and one Jacobian per argument; naming each tuple would hide that.
 
+mod action;
+mod error;
+mod left;
+mod manifold;
 mod real;
+mod rn;
+mod se2;
+mod se3;
+mod so2;
+mod so3;
+mod stumpff;
 
+pub use action::{Action, PointJac};
+pub use error::LieError;
+pub use left::LeftJacobians;
+pub use manifold::Manifold;
 pub use real::Real;
+pub use rn::Rn;
+pub use se2::SE2;
+pub use se3::SE3;
+pub use so2::SO2;
+pub use so3::SO3;
+pub use stumpff::Stumpff;
 
 use core::fmt::Debug;
 use nalgebra::{SMatrix, SVector};
 
+/// A tangent vector τ ∈ ℝᴰ, (ρ, θ).
+pub type Tangent<S, const D: usize> = SVector<S, D>;
+/// A D×D Jacobian between tangent spaces.
+pub type Jacobian<S, const D: usize> = SMatrix<S, D, D>;
+
 /// A Lie group with tangent space ℝᴰ. A group file writes the required items; all else is derived here, once.
+///
+/// Operations ending in `_jac` return the value, then one right (local) Jacobian per argument, D×D, in the order of the
+/// arguments; [`LeftJacobians`] has the same on the left.
 pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'static {
     /// The scalar the coordinates are written in.
     type Scalar: Real;
@@ -26,21 +55,164 @@ pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'st
     /// X⁻¹.
     fn inverse(&self) -> Self;
     /// Exp: ℝᴰ → G.
-    fn exp(tau: &SVector<Self::Scalar, D>) -> Self;
+    fn exp(tau: &Tangent<Self::Scalar, D>) -> Self;
     /// Log: G → ℝᴰ, the shortest tangent. At θ = π both signs are right; ours is deterministic.
-    fn log(&self) -> SVector<Self::Scalar, D>;
+    fn log(&self) -> Tangent<Self::Scalar, D>;
     /// Ad_X, D×D: X·Exp(τ) = Exp(Ad_X τ)·X. Solà et al. (2018) (29).
-    fn adjoint(&self) -> SMatrix<Self::Scalar, D, D>;
+    fn adjoint(&self) -> Jacobian<Self::Scalar, D>;
     /// ad_τ, D×D: ad_τ υ = [τ, υ].
-    fn small_adjoint(tau: &SVector<Self::Scalar, D>) -> SMatrix<Self::Scalar, D, D>;
+    fn small_adjoint(tau: &Tangent<Self::Scalar, D>) -> Jacobian<Self::Scalar, D>;
     /// J_r(τ), D×D: Exp(τ + δ) ≈ Exp(τ)·Exp(J_r δ). Solà et al. (2018) (67).
-    fn right_jacobian(tau: &SVector<Self::Scalar, D>) -> SMatrix<Self::Scalar, D, D>;
+    fn right_jacobian(tau: &Tangent<Self::Scalar, D>) -> Jacobian<Self::Scalar, D>;
     /// J_r(τ)⁻¹, D×D. Unbounded as θ → 2π.
-    fn right_jacobian_inverse(tau: &SVector<Self::Scalar, D>) -> SMatrix<Self::Scalar, D, D>;
+    fn right_jacobian_inverse(tau: &Tangent<Self::Scalar, D>) -> Jacobian<Self::Scalar, D>;
     /// τ^, the tangent as an element of the algebra.
-    fn hat(tau: &SVector<Self::Scalar, D>) -> Self::Algebra;
+    fn hat(tau: &Tangent<Self::Scalar, D>) -> Self::Algebra;
     /// The tangent of an element of the algebra: vee(hat(τ)) = τ.
-    fn vee(algebra: &Self::Algebra) -> SVector<Self::Scalar, D>;
+    fn vee(algebra: &Self::Algebra) -> Tangent<Self::Scalar, D>;
     /// The element with `f` applied to every stored number, e.g. to carry constants into dual numbers.
     fn map<S: Real>(&self, f: impl Fn(Self::Scalar) -> S) -> Self::Over<S>;
+
+    /// X⁻¹·Y, Y = `other` seen from X.
+    #[inline]
+    fn between(&self, other: &Self) -> Self {
+        self.inverse().compose(other)
+    }
+    /// X ⊕ τ = X·Exp(τ), a step in the local frame. Solà et al. (2018) (25).
+    #[inline]
+    fn rplus(&self, tau: &Tangent<Self::Scalar, D>) -> Self {
+        self.compose(&Self::exp(tau))
+    }
+    /// Y ⊖ X = Log(X⁻¹Y) with Y = `self`, X = `base`: the local step from X to Y. Solà et al. (2018) (26).
+    #[inline]
+    fn rminus(&self, base: &Self) -> Tangent<Self::Scalar, D> {
+        base.between(self).log()
+    }
+    /// τ ⊕ X = Exp(τ)·X, a step in the global frame. Solà et al. (2018) (27).
+    #[inline]
+    fn lplus(&self, tau: &Tangent<Self::Scalar, D>) -> Self {
+        Self::exp(tau).compose(self)
+    }
+    /// Log(YX⁻¹) with Y = `self`, X = `base`: the global step from X to Y. Solà et al. (2018) (28).
+    #[inline]
+    fn lminus(&self, base: &Self) -> Tangent<Self::Scalar, D> {
+        self.compose(&base.inverse()).log()
+    }
+    /// X^α = Exp(α·Log X).
+    #[inline]
+    fn power(&self, alpha: Self::Scalar) -> Self {
+        Self::exp(&(self.log() * alpha))
+    }
+    /// X·(X⁻¹Y)ᵗ, Y = `other`: X at t = 0, Y at t = 1, at constant velocity along the shortest way.
+    #[inline]
+    fn interpolate(&self, other: &Self, t: Self::Scalar) -> Self {
+        self.compose(&self.between(other).power(t))
+    }
+
+    /// J_l(τ) = J_r(−τ), D×D: Exp(τ + δ) ≈ Exp(J_l δ)·Exp(τ). Solà et al. (2018) (71), (76).
+    #[inline]
+    fn left_jacobian(tau: &Tangent<Self::Scalar, D>) -> Jacobian<Self::Scalar, D> {
+        Self::right_jacobian(&-tau)
+    }
+    /// J_l(τ)⁻¹ = J_r(−τ)⁻¹, D×D. Unbounded as θ → 2π.
+    #[inline]
+    fn left_jacobian_inverse(tau: &Tangent<Self::Scalar, D>) -> Jacobian<Self::Scalar, D> {
+        Self::right_jacobian_inverse(&-tau)
+    }
+    /// \[a, b\] = vee(a^·b^ − b^·a^) = ad_a·b.
+    #[inline]
+    fn bracket(a: &Tangent<Self::Scalar, D>, b: &Tangent<Self::Scalar, D>) -> Tangent<Self::Scalar, D> {
+        Self::small_adjoint(a) * b
+    }
+
+    /// X⁻¹: `(value, −Ad_X)`. Solà et al. (2018) (62).
+    #[inline]
+    fn inverse_jac(&self) -> (Self, Jacobian<Self::Scalar, D>) {
+        (self.inverse(), -self.adjoint())
+    }
+    /// X·Y: `(value, Ad_{Y⁻¹}, I)`. Solà et al. (2018) (63), (64).
+    #[inline]
+    fn compose_jac(&self, rhs: &Self) -> (Self, Jacobian<Self::Scalar, D>, Jacobian<Self::Scalar, D>) {
+        (self.compose(rhs), rhs.inverse().adjoint(), SMatrix::identity())
+    }
+    /// X⁻¹Y: `(value, −Ad_{Y⁻¹X}, I)`.
+    #[inline]
+    fn between_jac(&self, other: &Self) -> (Self, Jacobian<Self::Scalar, D>, Jacobian<Self::Scalar, D>) {
+        let value = self.between(other);
+        (value, -value.inverse().adjoint(), SMatrix::identity())
+    }
+    /// Exp τ: `(value, J_r(τ))`.
+    #[inline]
+    fn exp_jac(tau: &Tangent<Self::Scalar, D>) -> (Self, Jacobian<Self::Scalar, D>) {
+        (Self::exp(tau), Self::right_jacobian(tau))
+    }
+    /// τ = Log X: `(τ, J_r⁻¹(τ))`. Solà et al. (2018) (79).
+    #[inline]
+    fn log_jac(&self) -> (Tangent<Self::Scalar, D>, Jacobian<Self::Scalar, D>) {
+        let (tau, right, _) = self.log_jacs();
+        (tau, right)
+    }
+    /// τ = Log X with both inverse Jacobians, which share their coefficients: `(τ, J_r⁻¹(τ), J_l⁻¹(τ))`.
+    #[inline]
+    fn log_jacs(&self) -> (Tangent<Self::Scalar, D>, Jacobian<Self::Scalar, D>, Jacobian<Self::Scalar, D>) {
+        let tau = self.log();
+        (tau, Self::right_jacobian_inverse(&tau), Self::left_jacobian_inverse(&tau))
+    }
+    /// X·Exp τ: `(value, Ad_{Exp(−τ)}, J_r(τ))`. Solà et al. (2018) (80), (81).
+    #[inline]
+    fn rplus_jac(
+        &self,
+        tau: &Tangent<Self::Scalar, D>,
+    ) -> (Self, Jacobian<Self::Scalar, D>, Jacobian<Self::Scalar, D>) {
+        let (step, d_tau) = Self::exp_jac(tau);
+        (self.compose(&step), step.inverse().adjoint(), d_tau)
+    }
+    /// τ = Y ⊖ X with Y = `self`, X = `base`: `(τ, J_r⁻¹(τ), −J_l⁻¹(τ))`. Solà et al. (2018) (82), (83).
+    #[inline]
+    fn rminus_jac(
+        &self,
+        base: &Self,
+    ) -> (Tangent<Self::Scalar, D>, Jacobian<Self::Scalar, D>, Jacobian<Self::Scalar, D>) {
+        let (tau, right, left) = base.between(self).log_jacs();
+        (tau, right, -left)
+    }
+    /// Exp(τ)·X: `(value, I, Ad_{X⁻¹}·J_r(τ))`, in the order (X, τ).
+    #[inline]
+    fn lplus_jac(
+        &self,
+        tau: &Tangent<Self::Scalar, D>,
+    ) -> (Self, Jacobian<Self::Scalar, D>, Jacobian<Self::Scalar, D>) {
+        let (step, d_tau) = Self::exp_jac(tau);
+        (step.compose(self), SMatrix::identity(), self.inverse().adjoint() * d_tau)
+    }
+    /// τ = Log(YX⁻¹) with Y = `self`, X = `base`: `(τ, J_r⁻¹(τ)·Ad_X, −J_r⁻¹(τ)·Ad_X)`.
+    #[inline]
+    fn lminus_jac(
+        &self,
+        base: &Self,
+    ) -> (Tangent<Self::Scalar, D>, Jacobian<Self::Scalar, D>, Jacobian<Self::Scalar, D>) {
+        let (tau, right) = self.compose(&base.inverse()).log_jac();
+        let d_self = right * base.adjoint();
+        (tau, d_self, -d_self)
+    }
+    /// X^α: `(value, α·J_r(ατ)·J_r⁻¹(τ), τ)` with τ = Log X, in the order (X, α).
+    #[inline]
+    fn power_jac(&self, alpha: Self::Scalar) -> (Self, Jacobian<Self::Scalar, D>, Tangent<Self::Scalar, D>) {
+        let (tau, inverse) = self.log_jac();
+        let (value, right) = Self::exp_jac(&(tau * alpha));
+        (value, right * inverse * alpha, tau)
+    }
+    /// [`LieGroup::interpolate`]: `(value, d_value_d_self, d_value_d_other, d_value_d_t)`, the last D×1: the velocity.
+    #[inline]
+    fn interpolate_jac(
+        &self,
+        other: &Self,
+        t: Self::Scalar,
+    ) -> (Self, Jacobian<Self::Scalar, D>, Jacobian<Self::Scalar, D>, Tangent<Self::Scalar, D>) {
+        // Z = X·Wᵗ with W = X⁻¹Y: ∂W/∂X = −Ad_{W⁻¹}, ∂W/∂Y = I.
+        let w = self.between(other);
+        let (step, d_step, tau) = w.power_jac(t);
+        let d_self = step.inverse().adjoint() - d_step * w.inverse().adjoint();
+        (self.compose(&step), d_self, d_step, tau)
+    }
 }

@@ -1,0 +1,172 @@
+//! Which directions of which variables nothing constrains.
+//!
+//! A direction v with vᵀHv ≈ 0 is one along which no residual changes. They are found by subspace iteration with the
+//! inverse of D^-½HD^-½ + εI, D the diagonal of H, where every coordinate has its own unit; and they are told by the
+//! share that each coordinate of each variable has in the space they span.
+
+use core::fmt;
+
+use super::GraphError;
+use super::cholesky::Cholesky;
+use super::step::{dot, product};
+use super::structure::{Normal, Structure};
+use super::values::{Values, VariableName};
+
+/// One coordinate of one variable that takes part in an unconstrained direction.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FreeCoordinate {
+    /// The variable.
+    pub variable: VariableName,
+    /// The coordinate of its tangent, e.g. `"yaw"`.
+    pub coordinate: &'static str,
+    /// How much of this coordinate's axis lies in the unconstrained space: 1 is entirely free.
+    pub share: f64,
+}
+
+/// The directions that no factor constrains.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unconstrained {
+    /// How many independent directions were found.
+    pub directions: usize,
+    /// Whether there may be more than were looked for.
+    pub more: bool,
+    /// Variables that take part in them.
+    pub variables: usize,
+    /// The coordinates that have the largest shares, largest first, at most [`Unconstrained::SHOWN`].
+    pub coordinates: Vec<FreeCoordinate>,
+}
+
+impl Unconstrained {
+    /// Coordinates named at most.
+    pub const SHOWN: usize = 6;
+}
+
+impl fmt::Display for Unconstrained {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let more = if self.more { "at least " } else { "" };
+        let plural = if self.directions == 1 { "direction is" } else { "directions are" };
+        write!(f, "{more}{} {plural} constrained by no factor", self.directions)?;
+        for (i, free) in self.coordinates.iter().enumerate() {
+            let lead = if i == 0 { ": " } else { ", " };
+            write!(f, "{lead}{} of {} ({:.0} %)", free.coordinate, free.variable, 100.0 * free.share)?;
+        }
+        let hidden = self.variables > Self::SHOWN;
+        if hidden {
+            write!(f, ", … ({} variables take part, so a whole part of the graph moves together)", self.variables)?;
+        }
+        write!(f, "; add a measurement that sees them, a prior, or hold a variable")
+    }
+}
+
+/// Directions sought at once.
+const SOUGHT: usize = 8;
+/// Shift of the scaled matrix (unit diagonal) that makes it factorisable.
+const SHIFT: f64 = 1e-11;
+/// A direction is unconstrained below this eigenvalue of the scaled matrix. Rounding leaves about 1e-14; a chain of 10⁵
+/// poses that is held at one end still has 1e-11.
+const FREE: f64 = 1e-12;
+
+/// The unconstrained directions of the normal equations, or `None` where every direction is constrained.
+pub(crate) fn weakest(
+    structure: &Structure,
+    normal: &Normal,
+    values: &Values,
+) -> Result<Option<Unconstrained>, GraphError> {
+    let size = structure.size();
+    let sought = SOUGHT.min(size);
+    let (scaled, _) = scale(structure, normal);
+    let mut shifted = scaled.clone();
+    structure.diagonal.iter().for_each(|&at| shifted[at] += SHIFT);
+    let mut cholesky = Cholesky::new(&structure.pattern, sought)?;
+    if cholesky.factorise(&structure.pattern, &shifted).is_err() {
+        // Negative curvature beyond rounding cannot come from JᵀJ.
+        return Ok(None);
+    }
+    let mut basis: Vec<f64> = (0..size * sought).map(|i| (1.0 + i as f64 * 0.754_877).sin()).collect();
+    orthonormalise(&mut basis, size);
+    for _ in 0..4 {
+        cholesky.solve(&mut basis);
+        orthonormalise(&mut basis, size);
+    }
+    let free = free_directions(structure, &scaled, &basis);
+    Ok((!free.is_empty()).then(|| describe(structure, values, &free, sought)))
+}
+
+/// S·H·S with S = D^-½, which has a unit diagonal, and S. A coordinate that nothing reads keeps its zero.
+pub(crate) fn scale(structure: &Structure, normal: &Normal) -> (Vec<f64>, Vec<f64>) {
+    let scale: Vec<f64> = structure
+        .diagonal
+        .iter()
+        .map(|&at| if normal.matrix[at] > 0.0 { normal.matrix[at].sqrt().recip() } else { 1.0 })
+        .collect();
+    let mut scaled = normal.matrix.clone();
+    for column in 0..structure.size() {
+        let range = structure.pattern.starts[column]..structure.pattern.starts[column + 1];
+        for (&row, h) in structure.pattern.rows[range.clone()].iter().zip(&mut scaled[range]) {
+            *h *= scale[row] * scale[column];
+        }
+    }
+    (scaled, scale)
+}
+
+/// The eigenvectors of the projection of the matrix on the basis whose eigenvalues vanish.
+fn free_directions(structure: &Structure, scaled: &[f64], basis: &[f64]) -> Vec<Vec<f64>> {
+    let size = structure.size();
+    let columns: Vec<&[f64]> = basis.chunks(size).collect();
+    let images: Vec<Vec<f64>> = columns.iter().map(|v| product(structure, scaled, v)).collect();
+    let projected = nalgebra::DMatrix::from_fn(columns.len(), columns.len(), |i, j| dot(columns[i], &images[j]));
+    let eigen = ((&projected + projected.transpose()) * 0.5).symmetric_eigen();
+    let free = (0..columns.len()).filter(|&k| eigen.eigenvalues[k] < FREE);
+    free.map(|k| {
+        let mut vector = vec![0.0; size];
+        for (j, column) in columns.iter().enumerate() {
+            let weight = eigen.eigenvectors[(j, k)];
+            vector.iter_mut().zip(*column).for_each(|(v, c)| *v += weight * c);
+        }
+        vector
+    })
+    .collect()
+}
+
+fn describe(structure: &Structure, values: &Values, free: &[Vec<f64>], sought: usize) -> Unconstrained {
+    let mut shares: Vec<(usize, f64)> =
+        (0..structure.size()).map(|i| (i, free.iter().map(|v| v[i] * v[i]).sum::<f64>())).collect();
+    let largest = shares.iter().map(|&(_, share)| share).fold(0.0, f64::max);
+    shares.retain(|&(_, share)| share > 1e-3 * largest);
+    let mut variables: Vec<_> = shares.iter().map(|&(i, _)| structure.coordinate(i).0).collect();
+    variables.dedup();
+    shares.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+    let coordinates = shares.iter().take(Unconstrained::SHOWN).map(|&(i, share)| {
+        let (id, coordinate) = structure.coordinate(i);
+        let names = values.coordinates(id);
+        FreeCoordinate {
+            variable: values.name(id),
+            coordinate: names.get(coordinate).copied().unwrap_or("coordinate"),
+            share: share.min(1.0),
+        }
+    });
+    Unconstrained {
+        directions: free.len(),
+        more: free.len() == sought && sought < structure.size(),
+        variables: variables.len(),
+        coordinates: coordinates.collect(),
+    }
+}
+
+/// Modified Gram–Schmidt on the columns of `basis`, twice is enough.
+fn orthonormalise(basis: &mut [f64], size: usize) {
+    for _ in 0..2 {
+        for k in 0..basis.len() / size {
+            let (done, rest) = basis.split_at_mut(k * size);
+            let vector = &mut rest[..size];
+            for other in done.chunks(size) {
+                let along = dot(other, vector);
+                vector.iter_mut().zip(other).for_each(|(v, o)| *v -= along * o);
+            }
+            let norm = dot(vector, vector).sqrt();
+            if norm > 0.0 {
+                vector.iter_mut().for_each(|v| *v /= norm);
+            }
+        }
+    }
+}

@@ -1,0 +1,19 @@
+//! The measurements that come with the library. Each file gives the residual, its Jacobians, and the equation.
+
+mod bearing;
+mod between;
+mod chart;
+mod prior;
+mod range;
+mod sighting;
+
+pub use bearing::{Bearing2, Bearing3};
+pub use between::Between;
+pub(crate) use chart::isotropic_weights;
+pub use chart::{Chart, Chordal, Difference, G2o, Log, isotropic_information};
+pub use prior::Prior;
+pub use range::Range;
+pub use sighting::{Sighting2, Sighting3};
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,111 @@
+//! Every closed form is held against dual numbers, at generic points, near the identity, and near π.
+
+use nalgebra::{SMatrix, Unit, Vector2, Vector3, Vector6, vector};
+
+use super::*;
+use crate::graph::{Factor, JacobianBlock, Variables, dual_jacobians};
+use crate::lie::{LieGroup, Rn, SE2, SE3, SO2, SO3};
+
+/// Largest difference of the closed Jacobians from the dual ones, relative to their size.
+fn check<const R: usize, F: Factor<R>>(name: &str, factor: &F, variables: &F::Variables)
+where
+    F::Variables: Variables,
+{
+    let (residual, closed) = factor.residual_jac(variables);
+    let dual = dual_jacobians(factor, variables);
+    let plain = factor.residual::<f64>(&variables.constant());
+    assert!((residual - plain).amax() <= 1e-13 * (1.0 + plain.amax()), "{name}: residual {residual} {plain}");
+    let identity = SMatrix::<f64, R, R>::identity();
+    let columns = |j| F::Variables::whiten::<R, Vec<f64>>(j, &identity, |parts| parts.concat());
+    let (closed, dual): (Vec<f64>, Vec<f64>) = (columns(&closed), columns(&dual));
+    let size = dual.iter().fold(1.0, |m: f64, x| m.max(x.abs()));
+    for (i, (a, b)) in closed.iter().zip(&dual).enumerate() {
+        assert!((a - b).abs() <= 2e-13 * size, "{name}: entry {i} of {closed:?}\n{dual:?}");
+    }
+}
+
+fn poses3() -> Vec<SE3> {
+    let axis = Vector3::new(0.36, -0.48, 0.8);
+    [0.0, 1e-9, 1e-3, 0.7, 2.0, 3.1]
+        .iter()
+        .map(|angle| SE3::exp(&Vector6::new(1.0, -2.0, 0.5, axis.x * angle, axis.y * angle, axis.z * angle)))
+        .collect()
+}
+
+fn poses2() -> Vec<SE2> {
+    [-3.1, -1.0, 0.0, 1e-9, 0.4, 2.0].iter().map(|angle| SE2::exp(&vector![0.7, -1.2, *angle])).collect()
+}
+
+#[test]
+fn displacements_and_priors_have_exact_jacobians_in_every_chart() {
+    for (i, x1) in poses3().iter().enumerate() {
+        for x2 in &poses3() {
+            // Measurements near the prediction, so that the error angle is generic and below π.
+            let z = x1.between(x2).rplus(&Vector6::new(0.1, 0.2, -0.3, 0.4, -0.2, 0.1 * (1.0 + i as f64)));
+            check("log", &Between::new(z), &(*x1, *x2));
+            check("g2o", &Between::<_, G2o>::in_chart(z), &(*x1, *x2));
+            check("difference", &Between::<_, Difference>::in_chart(z), &(*x1, *x2));
+            check("chordal", &Between::<_, Chordal>::in_chart(z), &(*x1, *x2));
+        }
+        check("prior", &Prior { mean: poses3()[3] }, &(*x1,));
+        check("so3", &Prior { mean: SO3::exp(&Vector3::new(0.3, 0.1, -0.2)) }, &(x1.rotation(),));
+    }
+    for x1 in &poses2() {
+        for x2 in &poses2() {
+            let z = x1.between(x2).rplus(&vector![0.1, -0.2, 0.3]);
+            check("log", &Between::new(z), &(*x1, *x2));
+            check("g2o", &Between::<_, G2o>::in_chart(z), &(*x1, *x2));
+            check("difference", &Between::<_, Difference>::in_chart(z), &(*x1, *x2));
+            check("chordal", &Between::<_, Chordal>::in_chart(z), &(*x1, *x2));
+        }
+        check("prior", &Prior { mean: SE2::exp(&vector![0.3, 0.2, 0.1]) }, &(*x1,));
+        check("so2", &Between::new(SO2::from_angle(0.2)), &(x1.rotation(), SO2::from_angle(0.5)));
+    }
+    check("rn", &Between::new(Rn::new(vector![1.0, 2.0])), &(Rn::new(vector![0.0, 1.0]), Rn::new(vector![3.0, 1.0])));
+}
+
+#[test]
+fn ranges_bearings_and_sightings_have_exact_jacobians() {
+    let point3 = Rn::new(vector![3.0, -1.0, 2.5]);
+    for x in &poses3() {
+        check("range", &Range::new(1.3), &(*x, point3));
+        check("range of poses", &Range::new(1.3), &(*x, SE3::exp(&Vector6::new(4.0, 1.0, 0.0, 0.5, 0.2, 0.1))));
+        check("bearing", &Bearing3::new(&Unit::new_normalize(Vector3::new(0.2, 1.0, -0.4))), &(*x, point3));
+        let sensor = SE3::exp(&Vector6::new(0.1, 0.2, 0.3, 0.5, -0.4, 0.3));
+        let sighting = Sighting3 { measured: Vector3::new(1.0, 2.0, 3.0), pose_from_sensor: sensor };
+        check("sighting", &sighting, &(*x, point3));
+    }
+    let point2 = Rn::new(vector![-2.0, 4.0]);
+    for x in &poses2() {
+        check("range", &Range::new(1.3), &(*x, point2));
+        check("bearing", &Bearing2::new(3.0), &(*x, point2));
+        check("sighting", &Sighting2 { measured: Vector2::new(1.0, 2.0) }, &(*x, point2));
+    }
+}
+
+#[test]
+fn every_chart_is_zero_at_its_measurement() {
+    let (x1, x2) = (poses3()[3], poses3()[4]);
+    let z = x1.between(&x2);
+    let zero = |r: Vector6<f64>| assert!(r.amax() < 1e-15, "{r}");
+    zero(Between::new(z).residual_jac(&(x1, x2)).0);
+    zero(Between::<_, G2o>::in_chart(z).residual_jac(&(x1, x2)).0);
+    zero(Between::<_, Difference>::in_chart(z).residual_jac(&(x1, x2)).0);
+}
+
+#[test]
+fn charts_do_not_see_the_sign_of_a_quaternion() {
+    let z = SE3::exp(&Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 3.0));
+    let d = SE3::exp(&Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 3.2)); // w < 0 on the way
+    let (e, _) = <G2o as Chart<SE3, 6>>::error_jac(&z, &d);
+    assert!((e[5] - 0.1f64.sin()).abs() < 1e-15 && JacobianBlock::as_slice(&e)[..5].iter().all(|x| x.abs() < 1e-15));
+}
+
+#[test]
+fn where_a_distance_has_no_derivative_it_is_zero() {
+    let here = Rn::new(vector![1.0, 2.0]);
+    let (r, (a, b)) = Range::<_, _, 2>::new(0.5).residual_jac(&(here, here));
+    assert_eq!((r[0], a.amax(), b.amax()), (-0.5, 0.0, 0.0));
+    let (_, (x, p)) = Bearing2::new(0.1).residual_jac(&(SE2::new(here.vector(), 0.3), here));
+    assert_eq!((x.amax(), p.amax()), (0.0, 0.0));
+}

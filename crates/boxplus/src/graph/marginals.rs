@@ -1,0 +1,97 @@
+//! Marginal covariances: how sure the estimate is of single variables, and of several together.
+
+use nalgebra::DMatrix;
+
+use super::GraphError;
+use super::cholesky::Cholesky;
+use super::diagnose::{scale, weakest};
+use super::evaluate::Evaluator;
+use super::factor::AnySet;
+use super::gauge;
+use super::structure::Structure;
+use super::values::{Values, VariableId, VariableName};
+
+/// Right-hand sides solved at once.
+const COLUMNS: usize = 16;
+
+/// Covariances of the variables at an estimate: blocks of (JᵀJ)⁻¹.
+///
+/// Every covariance is on the **local (right) side**, X = X̄·Exp(ξ), ξ ~ N(0, Σ), in the order of the tangent (metres
+/// before radians); for the global side take Ad_X̄ Σ Ad_X̄ᵀ (Solà et al. (2018) (54)). Held variables are known exactly:
+/// their covariance is zero. Where the graph has no held variable and no prior, all is relative to
+/// [`Marginals::gauge`].
+pub struct Marginals {
+    structure: Structure,
+    /// Of S·H·S, whose diagonal is one.
+    cholesky: Cholesky,
+    /// S = D^-½.
+    scale: Vec<f64>,
+    values: Values,
+    gauge: Vec<VariableName>,
+}
+
+impl Marginals {
+    pub(super) fn new(sets: &[Box<dyn AnySet>], values: &Values) -> Result<Self, GraphError> {
+        let mut values = values.clone();
+        let gauge = gauge::fix(sets, &mut values).iter().map(|&id| values.name(id)).collect();
+        let structure = Structure::new(sets, &values);
+        let mut normal = structure.normal();
+        Evaluator::new(sets, 1).linearise(&values, &structure, &mut normal);
+        let (scaled, scale) = scale(&structure, &normal);
+        if let Some(unconstrained) = weakest(&structure, &normal, &values)? {
+            return Err(GraphError::Unconstrained(unconstrained));
+        }
+        let mut cholesky = Cholesky::new(&structure.pattern, COLUMNS)?;
+        cholesky.factorise(&structure.pattern, &scaled).map_err(|_| GraphError::IllConditioned)?;
+        Ok(Self { structure, cholesky, scale, values, gauge })
+    }
+
+    /// What was held for lack of any held variable or prior: its covariance is zero, and all others are relative to it.
+    pub fn gauge(&self) -> &[VariableName] {
+        &self.gauge
+    }
+
+    /// D×D covariance of one variable, local side.
+    ///
+    /// # Errors
+    /// [`GraphError::ForeignKey`] for a key of other values; [`GraphError::Unread`] for a variable that no factor reads.
+    pub fn covariance(&mut self, variable: impl Into<VariableId>) -> Result<DMatrix<f64>, GraphError> {
+        self.joint(&[variable.into()])
+    }
+
+    /// Joint covariance of several variables, local side each, in the order given: its blocks off the diagonal are their
+    /// correlations.
+    ///
+    /// # Errors
+    /// As [`Self::covariance`].
+    pub fn joint(&mut self, variables: &[VariableId]) -> Result<DMatrix<f64>, GraphError> {
+        let mut rows = vec![]; // each coordinate's place in the structure; none for held variables
+        for &id in variables {
+            let place = self.structure.offsets.get(id);
+            if place.is_none() && !self.values.is_held(id) {
+                return Err(match self.values.state(id) {
+                    Some(_) => GraphError::Unread { variable: self.values.name(id) },
+                    None => GraphError::ForeignKey { kind: "variable", number: id.slot },
+                });
+            }
+            rows.extend((0..self.values.dim(id)).map(|i| place.map(|start| start + i)));
+        }
+        let size = self.structure.size();
+        let free: Vec<usize> = rows.iter().flatten().copied().collect();
+        let mut columns = vec![0.0; size * free.len()];
+        free.iter().enumerate().for_each(|(k, &row)| columns[k * size + row] = 1.0);
+        self.cholesky.solve(&mut columns);
+
+        let mut covariance = DMatrix::zeros(rows.len(), rows.len());
+        let mut k = 0;
+        for (j, column) in rows.iter().enumerate() {
+            let Some(column) = *column else { continue };
+            for (i, row) in rows.iter().enumerate() {
+                let Some(row) = *row else { continue };
+                covariance[(i, j)] = columns[k * size + row] * self.scale[row] * self.scale[column];
+            }
+            k += 1;
+        }
+        Ok((&covariance + covariance.transpose()) * 0.5)
+    }
+}

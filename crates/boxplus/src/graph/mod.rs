@@ -1,0 +1,229 @@
+//! Factor graphs: what was measured, what is estimated, and the estimate that fits best.
+//!
+//! [`Values`] hold the variables, a [`Graph`] holds the factors. [`Graph::optimize`] finds the values of least cost
+//! F(X) = ½ Σ ρ(‖U·r(X)‖²), where U is the square root of a factor's information matrix and ρ its robust kernel.
+//! Steps are local, X ⊞ δ = X·Exp(δ). [`Graph::marginals`] says how sure the result is.
+//!
+//! ```
+//! use boxplus::graph::{Between, Graph, Noise, Prior, SolveOptions, Values};
+//! use boxplus::lie::{LieGroup, SE2};
+//! use nalgebra::vector;
+//!
+//! let (mut graph, mut values) = (Graph::new(), Values::new());
+//! let corners: Vec<_> = (0..4).map(|_| values.insert(SE2::identity())).collect();
+//! let side = SE2::new(vector![1.0, 0.0], core::f64::consts::FRAC_PI_2); // drive one metre, turn left
+//! let noise = Noise::from_sigmas(&vector![0.1, 0.1, 0.05])?;
+//! for i in 0..4 {
+//!     graph.add((corners[i], corners[(i + 1) % 4]), Between::new(side), noise); // the last closes the loop
+//! }
+//! graph.add((corners[0],), Prior { mean: SE2::identity() }, Noise::unit());
+//!
+//! let solution = graph.optimize(&values, &SolveOptions::default())?;
+//! assert!(solution.report.converged() && solution.report.cost < 1e-20);
+//! let opposite = solution.values.get(corners[2]).unwrap().translation();
+//! assert!((opposite - vector![1.0, 1.0]).norm() < 1e-9);
+//! # Ok::<(), boxplus::graph::GraphError>(())
+//! ```
+
+mod cholesky;
+mod clock;
+mod diagnose;
+mod error;
+mod evaluate;
+mod factor;
+mod factor_name;
+mod factors;
+mod gauge;
+mod marginals;
+mod noise;
+mod report;
+mod robust;
+mod solve;
+mod step;
+mod structure;
+mod values;
+mod variable;
+
+pub use diagnose::{FreeCoordinate, Unconstrained};
+pub use error::GraphError;
+pub use factor::{Factor, FactorId, MAX_ARITY, Variables, dual_jacobians};
+pub use factor_name::FactorName;
+pub(crate) use factors::isotropic_weights;
+pub use factors::{
+    Bearing2, Bearing3, Between, Chart, Chordal, Difference, G2o, Log, Prior, Range, Sighting2, Sighting3,
+    isotropic_information,
+};
+pub use marginals::Marginals;
+pub use noise::Noise;
+pub use report::{Iteration, Seconds, SolveReport, Termination};
+pub use robust::{Kernel, KernelError};
+pub use solve::{Algorithm, Solution, SolveOptions};
+pub use values::{Key, Values, VariableId, VariableName};
+pub use variable::{GroupVariable, JacobianBlock, Located, TangentResidual, Variable, derivative};
+
+use core::ops::ControlFlow;
+
+use evaluate::Evaluator;
+use factor::{AnySet, FactorSet};
+use values::State;
+
+/// The factors: what was measured, with which noise.
+#[derive(Default)]
+pub struct Graph {
+    sets: Vec<Box<dyn AnySet>>,
+}
+
+impl Graph {
+    /// No factors.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a measurement of the variables `keys`, with Gaussian noise.
+    pub fn add<F: Factor<R>, const R: usize>(
+        &mut self,
+        keys: <F::Variables as Variables>::Keys,
+        factor: F,
+        noise: Noise<R>,
+    ) -> FactorId {
+        self.add_robust(keys, factor, noise, Kernel::None)
+    }
+
+    /// Adds a measurement whose pull is bounded by a robust kernel.
+    pub fn add_robust<F: Factor<R>, const R: usize>(
+        &mut self,
+        keys: <F::Variables as Variables>::Keys,
+        factor: F,
+        noise: Noise<R>,
+        kernel: Kernel,
+    ) -> FactorId {
+        let (number, set) = self.set_mut::<F, R>();
+        let index = set.push(F::Variables::slots(&keys), factor, noise, kernel);
+        FactorId { set: number as u32, index: index as u32 }
+    }
+
+    /// Gives every factor this kernel.
+    pub fn set_kernel(&mut self, kernel: Kernel) {
+        self.sets.iter_mut().for_each(|set| set.set_kernel(kernel));
+    }
+
+    /// Number of factors.
+    pub fn len(&self) -> usize {
+        self.sets.iter().map(|set| set.len()).sum()
+    }
+
+    /// Whether there is no factor.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Every factor, by type and then in order of addition.
+    pub fn ids(&self) -> impl Iterator<Item = FactorId> {
+        self.sets.iter().enumerate().flat_map(|(set, factors)| {
+            (0..factors.len()).map(move |index| FactorId { set: set as u32, index: index as u32 })
+        })
+    }
+
+    /// What messages call a factor; `None` for an id of another graph.
+    pub fn name(&self, factor: FactorId, values: &Values) -> Option<FactorName> {
+        let set = self.sets.get(factor.set as usize).filter(|set| (factor.index as usize) < set.len())?;
+        let variables = set.ids(factor.index as usize).iter().map(|&id| values.name(id)).collect();
+        Some(FactorName { kind: set.name(), variables })
+    }
+
+    /// ‖U·r‖² of a factor: χ² with R degrees of freedom if the noise is as stated. `None` for an id of another graph.
+    pub fn squared_error(&self, factor: FactorId, values: &Values) -> Option<f64> {
+        let set = self.sets.get(factor.set as usize).filter(|set| (factor.index as usize) < set.len())?;
+        Some(set.squared(values, factor.index as usize))
+    }
+
+    /// The cost ½ Σ ρ(‖U·r‖²).
+    ///
+    /// # Errors
+    /// [`GraphError::MissingValues`], [`GraphError::ValueNotFinite`], [`GraphError::ForeignKey`].
+    pub fn cost(&self, values: &Values) -> Result<f64, GraphError> {
+        self.check(values)?;
+        Ok(Evaluator::new(&self.sets, 1).cost(values))
+    }
+
+    /// The values of least cost near `initial`. Held variables do not move. Where nothing ties a connected part of the
+    /// graph down, one of its variables is held; the report says which.
+    ///
+    /// Not converging is no error: see [`SolveReport::termination`].
+    ///
+    /// # Errors
+    /// Those of [`Graph::cost`]; [`GraphError::ResidualNotFinite`]; for Gauss–Newton and dogleg also
+    /// [`GraphError::Unconstrained`] and [`GraphError::IllConditioned`]; [`GraphError::OutOfMemory`].
+    pub fn optimize(&self, initial: &Values, options: &SolveOptions) -> Result<Solution, GraphError> {
+        self.optimize_observed(initial, options, &mut |_| ControlFlow::Continue(()))
+    }
+
+    /// As [`Self::optimize`]; `observer` sees every trial step, and may stop with the best values so far.
+    ///
+    /// # Errors
+    /// As [`Self::optimize`].
+    pub fn optimize_observed(
+        &self,
+        initial: &Values,
+        options: &SolveOptions,
+        observer: &mut dyn FnMut(&Iteration) -> ControlFlow<()>,
+    ) -> Result<Solution, GraphError> {
+        self.check(initial)?;
+        if let Some(factor) = self.first_not_finite(initial) {
+            return Err(GraphError::ResidualNotFinite { factor });
+        }
+        solve::optimize(&self.sets, initial, options, observer)
+    }
+
+    /// Covariances of the variables at `values`, the estimate.
+    ///
+    /// # Errors
+    /// Those of [`Graph::cost`]; [`GraphError::Unconstrained`] where the graph does not determine them.
+    pub fn marginals(&self, values: &Values) -> Result<Marginals, GraphError> {
+        self.check(values)?;
+        Marginals::new(&self.sets, values)
+    }
+
+    fn set_mut<F: Factor<R>, const R: usize>(&mut self) -> (usize, &mut FactorSet<F, R>) {
+        let position = self.sets.iter().position(|set| set.as_any().is::<FactorSet<F, R>>());
+        let position = position.unwrap_or_else(|| {
+            self.sets.push(Box::new(FactorSet::<F, R>::new()));
+            self.sets.len() - 1
+        });
+        match self.sets[position].as_any_mut().downcast_mut() {
+            Some(set) => (position, set),
+            None => unreachable!("a set is found by the type it holds"),
+        }
+    }
+
+    /// Every variable that a factor reads exists and has a finite value.
+    fn check(&self, values: &Values) -> Result<(), GraphError> {
+        for set in &self.sets {
+            for factor in 0..set.len() {
+                for id in set.ids(factor) {
+                    if values.state(id).is_none() {
+                        return Err(GraphError::ForeignKey { kind: set.name(), number: id.slot });
+                    }
+                }
+            }
+        }
+        let faulty = gauge::faulty(&self.sets, values);
+        let missing: Vec<_> =
+            faulty.iter().filter(|(_, state)| *state == State::Declared).map(|&(id, _)| values.name(id)).collect();
+        if !missing.is_empty() {
+            return Err(GraphError::MissingValues { variables: missing });
+        }
+        match faulty.first() {
+            Some(&(id, _)) => Err(GraphError::ValueNotFinite { variable: values.name(id) }),
+            None => Ok(()),
+        }
+    }
+
+    fn first_not_finite(&self, values: &Values) -> Option<FactorName> {
+        if Evaluator::new(&self.sets, 1).cost(values).is_finite() {
+            return None;
+        }
+        let bad = self.ids().find(|&id| self.squared_error(id, values).is_some_and(|s| !s.is_finite()))?;
+        self.name(bad, values)
+    }
+}

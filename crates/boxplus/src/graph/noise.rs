@@ -1,0 +1,111 @@
+//! How sure a measurement is: the square root of its information matrix.
+
+use nalgebra::{Cholesky, SMatrix, SVector};
+
+use super::GraphError;
+
+/// Gaussian noise of an R-dimensional residual, kept as U with Ω = UᵀU, so that the whitened residual is U·r.
+///
+/// ```
+/// use boxplus::graph::Noise;
+/// use nalgebra::{matrix, vector};
+/// let noise = Noise::from_sigmas(&vector![0.1, 0.1, 0.02])?; // metres, metres, radians
+/// assert!(Noise::<2>::from_information(&matrix![1.0, 2.0; 2.0, 1.0]).is_err()); // not positive definite
+/// # Ok::<(), boxplus::graph::GraphError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Noise<const R: usize> {
+    sqrt_information: SMatrix<f64, R, R>,
+}
+
+impl<const R: usize> Noise<R> {
+    /// Standard deviation one in every coordinate.
+    pub fn unit() -> Self {
+        Self { sqrt_information: SMatrix::identity() }
+    }
+
+    /// One standard deviation per coordinate, in the units of the residual.
+    ///
+    /// # Errors
+    /// [`GraphError::NotPositiveDefinite`] unless all are finite and positive.
+    pub fn from_sigmas(sigmas: &SVector<f64, R>) -> Result<Self, GraphError> {
+        Self::from_information(&SMatrix::from_diagonal(&sigmas.map(|sigma| (sigma * sigma).recip())))
+    }
+
+    /// The information matrix Ω = Σ⁻¹, R×R, in the inverse units of the residual, squared.
+    ///
+    /// # Errors
+    /// [`GraphError::NotFinite`], [`GraphError::NotSymmetric`] beyond 1e-9 of the largest entry, or
+    /// [`GraphError::NotPositiveDefinite`] with the smallest eigenvalue.
+    pub fn from_information(information: &SMatrix<f64, R, R>) -> Result<Self, GraphError> {
+        if !information.iter().all(|x| x.is_finite()) {
+            return Err(GraphError::NotFinite { what: "information matrix" });
+        }
+        // Files print six digits and more; an asymmetry above their rounding is a mistake of the file.
+        let asymmetry = (information - information.transpose()).amax();
+        if asymmetry > 1e-9 * information.amax() {
+            return Err(GraphError::NotSymmetric { asymmetry });
+        }
+        match Cholesky::new(*information) {
+            Some(factor) => Ok(Self { sqrt_information: factor.l().transpose() }),
+            None => Err(GraphError::NotPositiveDefinite { smallest_eigenvalue: smallest_eigenvalue(information) }),
+        }
+    }
+
+    /// The covariance matrix Σ, R×R, in the units of the residual, squared.
+    ///
+    /// # Errors
+    /// As [`Self::from_information`].
+    pub fn from_covariance(covariance: &SMatrix<f64, R, R>) -> Result<Self, GraphError> {
+        let sqrt = Self::from_information(covariance)?.sqrt_information; // Σ = LLᵀ, U = L⁻¹
+        let identity = SMatrix::<f64, R, R>::identity();
+        let inverse = sqrt.transpose().solve_lower_triangular(&identity);
+        inverse
+            .map(|sqrt_information| Self { sqrt_information })
+            .ok_or(GraphError::NotPositiveDefinite { smallest_eigenvalue: 0.0 })
+    }
+
+    /// U, with Ω = UᵀU.
+    pub fn sqrt_information(&self) -> &SMatrix<f64, R, R> {
+        &self.sqrt_information
+    }
+
+    /// Ω.
+    pub fn information(&self) -> SMatrix<f64, R, R> {
+        self.sqrt_information.transpose() * self.sqrt_information
+    }
+}
+
+/// Smallest eigenvalue of a symmetric matrix.
+fn smallest_eigenvalue<const R: usize>(matrix: &SMatrix<f64, R, R>) -> f64 {
+    let dynamic = nalgebra::DMatrix::from_column_slice(R, R, matrix.as_slice());
+    dynamic.symmetric_eigenvalues().min()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{matrix, vector};
+
+    #[test]
+    fn covariance_and_information_are_inverse() {
+        let covariance = matrix![4.0, 1.0, 0.5; 1.0, 3.0, -0.2; 0.5, -0.2, 1.0];
+        let noise = Noise::from_covariance(&covariance).unwrap();
+        assert!((noise.information() * covariance - SMatrix::identity()).amax() < 1e-14);
+        assert!((Noise::from_sigmas(&vector![2.0]).unwrap().information()[0] - 0.25).abs() < 1e-16);
+    }
+
+    #[test]
+    fn faulty_matrices_are_refused_with_their_reason() {
+        let indefinite = Noise::from_information(&matrix![1.0, 2.0; 2.0, 1.0]);
+        assert!(
+            matches!(indefinite, Err(GraphError::NotPositiveDefinite { smallest_eigenvalue }) if (smallest_eigenvalue + 1.0).abs() < 1e-12)
+        );
+        let skew = Noise::from_information(&matrix![1.0, 0.1; 0.2, 1.0]);
+        assert!(matches!(skew, Err(GraphError::NotSymmetric { .. })));
+        for bad in [f64::NAN, f64::INFINITY] {
+            assert!(matches!(Noise::from_information(&matrix![bad]), Err(GraphError::NotFinite { .. })));
+        }
+        assert!(Noise::from_sigmas(&vector![0.0]).is_err());
+    }
+}

@@ -1,0 +1,254 @@
+//! Nonlinear least squares on manifolds: Levenberg–Marquardt, Gauss–Newton, Powell's dogleg.
+//!
+//! All three minimise F(X) = ½ Σ ρ(‖U·r(X)‖²) by steps X ⊞ δ from the model F + gᵀδ + ½ δᵀHδ with H = JᵀJ, g = Jᵀr
+//! (weighted by ρ′). They differ in how far they trust the model. H is kept undamped, so that a rejected step costs no
+//! linearisation, and everything that depends on the structure alone is computed once.
+
+use core::ops::ControlFlow;
+
+use super::cholesky::Cholesky;
+use super::clock::Clock;
+use super::diagnose::{Unconstrained, weakest};
+use super::evaluate::Evaluator;
+use super::factor::AnySet;
+use super::report::{Iteration, Seconds, SolveReport, Termination};
+use super::step::{Region, Step, System};
+use super::structure::Structure;
+use super::values::Values;
+use super::{GraphError, gauge};
+
+/// How the optimiser moves.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Algorithm {
+    /// Damped steps (H + λD)δ = −g, D the diagonal of H. The safe choice. Nielsen (1999); Madsen et al. (2004), §3.2.
+    #[default]
+    LevenbergMarquardt,
+    /// Full steps Hδ = −g: fastest near the minimum, without a safety net far from it.
+    GaussNewton,
+    /// Between steepest descent and Gauss–Newton, within a trust region; one factorisation a linearisation.
+    /// Powell (1970); Madsen et al. (2004), §3.3.
+    Dogleg,
+}
+
+/// When to stop, and how to move.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SolveOptions {
+    /// How the optimiser moves.
+    pub algorithm: Algorithm,
+    /// Stop after this many trial steps.
+    pub max_iterations: usize,
+    /// Stop when a step lowers the cost by less than `relative_cost`·cost, or the model promises no more than that.
+    pub relative_cost: f64,
+    /// Stop when max |gᵢ|/√Hᵢᵢ < `gradient`, in standard deviations.
+    pub gradient: f64,
+    /// Stop when max |δᵢ|·√Hᵢᵢ < `step`, in standard deviations.
+    pub step: f64,
+    /// The first λ of Levenberg–Marquardt, relative to the diagonal of H.
+    pub initial_damping: f64,
+    /// The first trust radius of dogleg, in standard deviations: ‖√D·δ‖ ≤ radius.
+    pub initial_radius: f64,
+    /// Threads that linearise; 0 means one per core. No bit of the result depends on it.
+    pub threads: usize,
+}
+
+impl Default for SolveOptions {
+    fn default() -> Self {
+        Self {
+            algorithm: Algorithm::LevenbergMarquardt,
+            max_iterations: 100,
+            relative_cost: 1e-9,
+            gradient: 1e-9,
+            step: 1e-9,
+            initial_damping: 1e-6,
+            initial_radius: 1e4,
+            threads: 0,
+        }
+    }
+}
+
+/// The estimate a solve ended with, and how it went.
+#[derive(Clone, Debug)]
+pub struct Solution {
+    /// The best values found.
+    pub values: Values,
+    /// How it went.
+    pub report: SolveReport,
+    /// The directions that nothing constrains, where there are any: there the values are arbitrary.
+    pub unconstrained: Option<Unconstrained>,
+}
+
+/// Minimises the cost from `initial`; `observer` sees every trial step and may stop the search.
+pub(super) fn optimize(
+    sets: &[Box<dyn AnySet>],
+    initial: &Values,
+    options: &SolveOptions,
+    observer: &mut dyn FnMut(&Iteration) -> ControlFlow<()>,
+) -> Result<Solution, GraphError> {
+    let clock = Clock::start();
+    let mut values = initial.clone();
+    let gauge = gauge::fix(sets, &mut values);
+    let structure = Structure::new(sets, &values);
+    let mut evaluator = Evaluator::new(sets, options.threads);
+    let cholesky = Cholesky::new(&structure.pattern, 1)?;
+    let report = SolveReport {
+        initial_cost: evaluator.cost(&values),
+        cost: 0.0,
+        iterations: vec![],
+        termination: Termination::MaxIterations,
+        gauge: gauge.iter().map(|&id| initial.name(id)).collect(),
+        unread: structure.unread.iter().map(|&id| initial.name(id)).collect(),
+        unknowns: structure.size(),
+        factor_len: cholesky.factor_len(),
+        threads: evaluator.threads(),
+        seconds: Seconds::default(),
+    };
+    let seconds = Seconds { analyse: clock.seconds(), ..Seconds::default() };
+    let system = System { structure: &structure, normal: structure.normal(), cholesky, clock, seconds };
+    let mut search = Search {
+        trial: values.clone(),
+        best: None,
+        cost: report.initial_cost,
+        region: Region::new(options, &system.normal),
+        system,
+        values,
+        evaluator,
+        report,
+    };
+    search.report.termination = search.run(options, observer)?;
+    let unconstrained = search.unconstrained()?;
+    let mut solution = search.finish(unconstrained);
+    gauge.iter().for_each(|&id| solution.values.set_held(id, false));
+    Ok(solution)
+}
+
+struct Search<'a> {
+    evaluator: Evaluator<'a>,
+    system: System<'a>,
+    region: Region,
+    values: Values,
+    cost: f64,
+    trial: Values,
+    /// Gauss–Newton may climb: the best estimate before it did.
+    best: Option<(Values, f64)>,
+    report: SolveReport,
+}
+
+impl Search<'_> {
+    /// linearise → step → try → accept or reject, until there is a reason to stop.
+    fn run(
+        &mut self,
+        options: &SolveOptions,
+        observer: &mut dyn FnMut(&Iteration) -> ControlFlow<()>,
+    ) -> Result<Termination, GraphError> {
+        if self.system.structure.size() == 0 {
+            return Ok(Termination::NothingToSolve);
+        }
+        let mut gradient = self.linearise();
+        let mut fresh = true; // no step from this linearisation has been rejected
+        while self.report.iterations.len() < options.max_iterations {
+            if gradient < options.gradient {
+                return Ok(Termination::Gradient);
+            }
+            let Some(step) = self.propose()? else { return Ok(Termination::NoDecrease) };
+            let small = step.scaled < options.step;
+            if fresh && (small || step.predicted <= options.relative_cost * self.cost) {
+                // What remains is below the tolerance: take it if it helps, and stop.
+                let iteration = self.attempt(&step, gradient, true);
+                let _ = observer(&iteration); // it stops here anyway
+                return Ok(if small { Termination::Step } else { Termination::RelativeCost });
+            }
+            let iteration = self.attempt(&step, gradient, false);
+            if observer(&iteration).is_break() {
+                return Ok(Termination::Interrupted);
+            }
+            fresh = iteration.accepted;
+            if iteration.accepted {
+                let settled = iteration.decrease.abs() <= options.relative_cost * self.cost;
+                if settled && iteration.gain > 0.25 {
+                    return Ok(Termination::RelativeCost);
+                }
+                gradient = self.linearise();
+            } else if self.region.exhausted() {
+                return Ok(if options.algorithm == Algorithm::GaussNewton {
+                    Termination::Diverged
+                } else {
+                    Termination::NoDecrease
+                });
+            }
+        }
+        Ok(Termination::MaxIterations)
+    }
+
+    /// Refills the normal equations at the current values; returns the scaled gradient.
+    fn linearise(&mut self) -> f64 {
+        let Self { evaluator, system, region, values, .. } = self;
+        let start = system.clock.seconds();
+        evaluator.linearise(values, system.structure, &mut system.normal);
+        region.linearised(system.structure, &system.normal);
+        system.seconds.linearise += system.clock.seconds() - start;
+        region.scaled_gradient(&system.normal)
+    }
+
+    /// The next step to try, or `None` where no damping makes the equations solvable.
+    fn propose(&mut self) -> Result<Option<Step>, GraphError> {
+        match self.region.step(&mut self.system) {
+            Some(step) => Ok(Some(step)),
+            None if self.region.is_damped() => Ok(None),
+            None => Err(match weakest(self.system.structure, &self.system.normal, &self.values)? {
+                Some(unconstrained) => GraphError::Unconstrained(unconstrained),
+                None => GraphError::IllConditioned,
+            }),
+        }
+    }
+
+    /// Moves to X ⊞ δ if the cost says so, adapts the region, and records the trial.
+    fn attempt(&mut self, step: &Step, gradient: f64, last: bool) -> Iteration {
+        let start = self.system.clock.seconds();
+        self.values.retract_into(&mut self.trial, &step.delta, &self.system.structure.offsets);
+        let cost = self.evaluator.cost(&self.trial);
+        self.system.seconds.evaluate += self.system.clock.seconds() - start;
+
+        let decrease = self.cost - cost;
+        let gain = decrease / step.predicted;
+        let damping = self.region.damping();
+        let accepted = if last { cost < self.cost } else { self.region.judge(cost, gain, step) };
+        if accepted {
+            if decrease < 0.0 && self.best.as_ref().is_none_or(|(_, best)| self.cost < *best) {
+                self.best = Some((self.values.clone(), self.cost));
+            }
+            core::mem::swap(&mut self.values, &mut self.trial);
+            self.cost = cost;
+        }
+        let iteration = Iteration {
+            cost: self.cost,
+            decrease,
+            gain,
+            damping,
+            gradient,
+            step: step.scaled,
+            accepted,
+            seconds: self.system.clock.seconds(),
+        };
+        self.report.iterations.push(iteration);
+        iteration
+    }
+
+    /// Looks for directions that nothing constrains, if the last factor hints at any.
+    fn unconstrained(&mut self) -> Result<Option<Unconstrained>, GraphError> {
+        let System { structure, normal, cholesky, .. } = &mut self.system;
+        if structure.size() == 0 || !self.region.hints_at_singularity(cholesky) {
+            return Ok(None);
+        }
+        weakest(structure, normal, &self.values)
+    }
+
+    fn finish(mut self, unconstrained: Option<Unconstrained>) -> Solution {
+        let (values, cost) = match self.best {
+            Some((values, cost)) if cost < self.cost => (values, cost),
+            _ => (self.values, self.cost),
+        };
+        self.report.cost = cost;
+        self.report.seconds = Seconds { total: self.system.clock.seconds(), ..self.system.seconds };
+        Solution { values, report: self.report, unconstrained }
+    }
+}

@@ -1,0 +1,266 @@
+//! Steps of the trust-region methods, and how far the linear model is trusted.
+
+use super::clock::Clock;
+use super::cholesky::Cholesky;
+use super::report::Seconds;
+use super::solve::{Algorithm, SolveOptions};
+use super::structure::{Normal, Structure};
+
+/// The linear model at the current estimate, and the means to solve it.
+pub(crate) struct System<'a> {
+    pub(crate) structure: &'a Structure,
+    pub(crate) normal: Normal,
+    pub(crate) cholesky: Cholesky,
+    pub(crate) clock: Clock,
+    pub(crate) seconds: Seconds,
+}
+
+impl System<'_> {
+    /// H·x.
+    fn product(&self, x: &[f64]) -> Vec<f64> {
+        product(self.structure, &self.normal.matrix, x)
+    }
+}
+
+/// A step to try.
+#[derive(Clone, Debug)]
+pub(crate) struct Step {
+    /// δ, in the order of the structure.
+    pub(crate) delta: Vec<f64>,
+    /// Decrease of the cost that the model promises: −gᵀδ − ½ δᵀHδ.
+    pub(crate) predicted: f64,
+    /// max |δᵢ|·√Dᵢ.
+    pub(crate) scaled: f64,
+}
+
+/// How far the model is trusted.
+pub(crate) struct Region {
+    trust: Trust,
+    /// D: the diagonal of H, with a floor that keeps the damped matrix positive definite.
+    diagonal: Vec<f64>,
+    /// H + λD.
+    damped: Vec<f64>,
+    /// λ of the matrix last factorised.
+    factored: f64,
+    /// For dogleg: the Gauss–Newton step and the Cauchy step of this linearisation.
+    steps: Option<(Vec<f64>, Vec<f64>)>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Trust {
+    /// λ, and ν by which a rejection multiplies it.
+    Damping { lambda: f64, nu: f64 },
+    /// Consecutive steps that raised the cost.
+    Full { climbs: u32 },
+    Radius(f64),
+}
+
+/// Dᵢ is at least this share of the largest.
+const FLOOR: f64 = 1e-12;
+/// λ beyond this moves nothing any more.
+const LARGEST_DAMPING: f64 = 1e12;
+/// λ below this is rounding of the diagonal.
+const SMALLEST_DAMPING: f64 = 1e-14;
+/// A trial is accepted when the cost falls by this share of the promise.
+const ACCEPT: f64 = 1e-3;
+/// Gauss–Newton is said to diverge after this many climbs in a row.
+const CLIMBS: u32 = 5;
+
+impl Region {
+    pub(crate) fn new(options: &SolveOptions, normal: &Normal) -> Self {
+        let trust = match options.algorithm {
+            Algorithm::LevenbergMarquardt => Trust::Damping { lambda: options.initial_damping, nu: 2.0 },
+            Algorithm::GaussNewton => Trust::Full { climbs: 0 },
+            Algorithm::Dogleg => Trust::Radius(options.initial_radius),
+        };
+        Self {
+            trust,
+            diagonal: vec![0.0; normal.gradient.len()],
+            damped: vec![0.0; normal.matrix.len()],
+            factored: 0.0,
+            steps: None,
+        }
+    }
+
+    /// Takes note of new normal equations.
+    pub(crate) fn linearised(&mut self, structure: &Structure, normal: &Normal) {
+        let entries = structure.diagonal.iter().map(|&at| normal.matrix[at]);
+        let floor = FLOOR * entries.clone().fold(f64::MIN_POSITIVE, f64::max);
+        self.diagonal.iter_mut().zip(entries).for_each(|(d, h)| *d = h.max(floor));
+        self.steps = None;
+    }
+
+    /// max |gᵢ|/√Dᵢ.
+    pub(crate) fn scaled_gradient(&self, normal: &Normal) -> f64 {
+        normal.gradient.iter().zip(&self.diagonal).map(|(g, d)| g.abs() / d.sqrt()).fold(0.0, f64::max)
+    }
+
+    /// λ, the radius, or 0.
+    pub(crate) fn damping(&self) -> f64 {
+        match self.trust {
+            Trust::Damping { lambda, .. } => lambda,
+            Trust::Full { .. } => 0.0,
+            Trust::Radius(radius) => radius,
+        }
+    }
+
+    pub(crate) fn is_damped(&self) -> bool {
+        matches!(self.trust, Trust::Damping { .. })
+    }
+
+    /// Whether there is no shorter step left to try.
+    pub(crate) fn exhausted(&self) -> bool {
+        match self.trust {
+            Trust::Damping { lambda, .. } => lambda > LARGEST_DAMPING,
+            Trust::Full { .. } => true,
+            Trust::Radius(radius) => radius < 1e-12,
+        }
+    }
+
+    /// The step of this method, or `None` where the equations cannot be solved.
+    pub(crate) fn step(&mut self, system: &mut System<'_>) -> Option<Step> {
+        let delta = match self.trust {
+            Trust::Full { .. } => self.solve(0.0, system)?,
+            Trust::Damping { .. } => self.damped_step(system)?,
+            Trust::Radius(radius) => {
+                if self.steps.is_none() {
+                    let newton = self.solve(0.0, system)?;
+                    self.steps = Some((newton, self.cauchy(system)));
+                }
+                let (newton, cauchy) = self.steps.as_ref()?;
+                dogleg(newton, cauchy, &self.diagonal, radius)
+            }
+        };
+        let slope = dot(&system.normal.gradient, &delta);
+        let curvature = dot(&delta, &system.product(&delta));
+        let scaled = delta.iter().zip(&self.diagonal).map(|(x, d)| x.abs() * d.sqrt()).fold(0.0, f64::max);
+        Some(Step { predicted: -slope - 0.5 * curvature, scaled, delta })
+    }
+
+    /// Raises λ until H + λD is positive definite.
+    fn damped_step(&mut self, system: &mut System<'_>) -> Option<Vec<f64>> {
+        loop {
+            let Trust::Damping { lambda, .. } = self.trust else { return None };
+            if let Some(delta) = self.solve(lambda, system) {
+                return Some(delta);
+            }
+            if self.exhausted() {
+                return None;
+            }
+            self.trust = Trust::Damping { lambda: (10.0 * lambda).max(SMALLEST_DAMPING), nu: 2.0 };
+        }
+    }
+
+    /// −(H + λD)⁻¹g.
+    fn solve(&mut self, lambda: f64, system: &mut System<'_>) -> Option<Vec<f64>> {
+        let start = system.clock.seconds();
+        self.damped.copy_from_slice(&system.normal.matrix);
+        for (&at, d) in system.structure.diagonal.iter().zip(&self.diagonal) {
+            self.damped[at] += lambda * d;
+        }
+        self.factored = lambda;
+        let done = system.cholesky.factorise(&system.structure.pattern, &self.damped);
+        let middle = system.clock.seconds();
+        system.seconds.factorise += middle - start;
+        done.ok()?;
+        let mut delta: Vec<f64> = system.normal.gradient.iter().map(|g| -g).collect();
+        system.cholesky.solve(&mut delta);
+        system.seconds.solve += system.clock.seconds() - middle;
+        delta.iter().all(|x| x.is_finite()).then_some(delta)
+    }
+
+    /// The minimiser of the model along D⁻¹g, the steepest descent in the metric of D.
+    fn cauchy(&self, system: &System<'_>) -> Vec<f64> {
+        let gradient = &system.normal.gradient;
+        let direction: Vec<f64> = gradient.iter().zip(&self.diagonal).map(|(g, d)| -g / d).collect();
+        let slope = dot(gradient, &direction);
+        let curvature = dot(&direction, &system.product(&direction));
+        direction.iter().map(|x| -slope / curvature * x).collect()
+    }
+
+    /// Accepts or rejects a trial, and adapts the trust.
+    pub(crate) fn judge(&mut self, cost: f64, gain: f64, step: &Step) -> bool {
+        let accepted = cost.is_finite() && gain > ACCEPT;
+        match &mut self.trust {
+            Trust::Damping { lambda, nu } => {
+                if accepted {
+                    // Nielsen: a smooth fall with the gain. Near a quadratic minimum (gain → 1) λ falls tenfold.
+                    *lambda = (*lambda * (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(0.1, 2.0)).max(SMALLEST_DAMPING);
+                    *nu = 2.0;
+                } else {
+                    *lambda *= *nu;
+                    *nu *= 2.0;
+                }
+                accepted
+            }
+            Trust::Full { climbs } => {
+                *climbs = if gain > 0.0 { 0 } else { *climbs + 1 };
+                cost.is_finite() && *climbs < CLIMBS
+            }
+            Trust::Radius(radius) => {
+                let length = step.delta.iter().zip(&self.diagonal).map(|(x, d)| x * x * d).sum::<f64>().sqrt();
+                if gain > 0.75 {
+                    *radius = radius.max(3.0 * length);
+                } else if gain < 0.25 || !cost.is_finite() {
+                    *radius = 0.25 * radius.min(length);
+                }
+                accepted
+            }
+        }
+    }
+
+    /// Whether the last factor was (nearly) singular but for its damping: two inverse iterations in the metric of D.
+    pub(crate) fn hints_at_singularity(&self, cholesky: &mut Cholesky) -> bool {
+        // A fixed rough vector: no eigenvector of a real problem is orthogonal to it twice.
+        let mut x: Vec<f64> = (0..self.diagonal.len()).map(|i| (1.0 + i as f64 * 0.754_877).sin()).collect();
+        let mut smallest = f64::INFINITY;
+        for _ in 0..2 {
+            let norm = dot(&x, &x).sqrt();
+            x.iter_mut().zip(&self.diagonal).for_each(|(x, d)| *x *= d.sqrt() / norm);
+            cholesky.solve(&mut x);
+            x.iter_mut().zip(&self.diagonal).for_each(|(x, d)| *x *= d.sqrt());
+            smallest = dot(&x, &x).sqrt().recip();
+        }
+        // smallest ≈ the least eigenvalue of D^-½HD^-½, plus λ.
+        smallest < 1e-10 + 3.0 * self.factored && self.factored < 1e-3
+    }
+}
+
+/// The point of Powell's path 0 → Cauchy → Gauss–Newton at ‖√D·δ‖ = radius, or its end.
+fn dogleg(newton: &[f64], cauchy: &[f64], diagonal: &[f64], radius: f64) -> Vec<f64> {
+    let inner = |a: &[f64], b: &[f64]| a.iter().zip(b).zip(diagonal).map(|((a, b), d)| a * b * d).sum::<f64>();
+    if inner(newton, newton) <= radius * radius {
+        return newton.to_vec();
+    }
+    let length = inner(cauchy, cauchy).sqrt();
+    if length >= radius {
+        return cauchy.iter().map(|x| x * radius / length).collect();
+    }
+    let leg: Vec<f64> = newton.iter().zip(cauchy).map(|(n, c)| n - c).collect();
+    let (a, b, c) = (inner(&leg, &leg), inner(cauchy, &leg), length * length - radius * radius);
+    let root = (b * b - a * c).sqrt();
+    let t = if b > 0.0 { -c / (b + root) } else { (root - b) / a }; // the positive root, without cancellation
+    cauchy.iter().zip(&leg).map(|(x, l)| x + t * l).collect()
+}
+
+/// H·x from the lower triangle of H.
+pub(crate) fn product(structure: &Structure, matrix: &[f64], x: &[f64]) -> Vec<f64> {
+    let pattern = &structure.pattern;
+    let mut y = vec![0.0; x.len()];
+    for column in 0..x.len() {
+        let range = pattern.starts[column]..pattern.starts[column + 1];
+        let mut sum = 0.0;
+        for (&row, h) in pattern.rows[range.clone()].iter().zip(&matrix[range]) {
+            y[row] += h * x[column];
+            if row != column {
+                sum += h * x[row];
+            }
+        }
+        y[column] += sum;
+    }
+    y
+}
+
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}

@@ -1,0 +1,207 @@
+//! What a graph can estimate, and what a factor can read.
+
+use core::fmt::Debug;
+
+use nalgebra::{SMatrix, SVector};
+use num_dual::{Derivative, DualSVec64};
+
+use crate::lie::{LieGroup, Real, Rn, SE2, SE3, SO2, SO3};
+
+/// A variable of the graph: a point of a manifold with tangent space ℝᴰ, moved by X ⊞ δ on the local side.
+///
+/// Every group of [`crate::lie`] is one. [`variable!`](crate::variable) makes a user's own
+/// [`Manifold`](crate::lie::Manifold) one too.
+pub trait Variable: Copy + Debug + PartialEq + Send + Sync + 'static {
+    /// Dimension D of the tangent space.
+    const DIM: usize;
+    /// What messages call it, e.g. `"SE2"`.
+    const NAME: &'static str;
+    /// Names of the D coordinates of the tangent, for diagnoses, e.g. `["x", "y", "yaw"]`.
+    const COORDINATES: &'static [&'static str];
+    /// R×D: the derivative of an R-dimensional residual by this variable.
+    type Jacobian<const R: usize>: JacobianBlock;
+    /// The same variable written in another scalar.
+    type Over<S: Real>: Copy;
+
+    /// X ⊞ δ for a tangent `delta` of length D.
+    fn retract(&self, delta: &[f64]) -> Self;
+    /// X with its coordinates carried into `S` as constants.
+    fn constant<S: Real>(&self) -> Self::Over<S>;
+    /// X ⊞ δ for a `delta` of length D in `S`: what dual numbers differentiate.
+    fn perturb<S: Real>(&self, delta: &[S]) -> Self::Over<S>;
+    /// Exact derivative of `residual` at δ = 0, by dual numbers.
+    fn derivative<const R: usize>(residual: &impl TangentResidual<R>) -> Self::Jacobian<R>;
+    /// Whether every stored number is finite.
+    fn is_finite(&self) -> bool;
+}
+
+/// A residual as a function of the tangent of one variable, for every scalar. (A closure cannot be generic.)
+pub trait TangentResidual<const R: usize> {
+    /// The residual at X ⊞ `delta`.
+    fn at<S: Real>(&self, delta: &[S]) -> SVector<S, R>;
+}
+
+/// Exact R×D derivative of `residual` at δ = 0: one evaluation with D infinitesimals.
+pub fn derivative<const R: usize, const D: usize>(residual: &impl TangentResidual<R>) -> SMatrix<f64, R, D> {
+    let delta: [DualSVec64<D>; D] = core::array::from_fn(|i| {
+        DualSVec64::new(0.0, Derivative::derivative_generic(nalgebra::Const::<D>, nalgebra::U1, i))
+    });
+    let r = residual.at(&delta);
+    SMatrix::from_fn(|row, column| r[row].eps.0.map_or(0.0, |eps| eps[column]))
+}
+
+/// An R×D matrix of which only its variable knows the type: the numbers, column by column.
+pub trait JacobianBlock: Copy + Debug + Send + Sync {
+    /// All zeros.
+    fn zeros() -> Self;
+    /// The R·D numbers, column by column.
+    fn as_slice(&self) -> &[f64];
+    /// As [`Self::as_slice`], to write.
+    fn as_mut_slice(&mut self) -> &mut [f64];
+}
+
+impl<const R: usize, const D: usize> JacobianBlock for SMatrix<f64, R, D> {
+    fn zeros() -> Self {
+        Self::zeros()
+    }
+    fn as_slice(&self) -> &[f64] {
+        self.as_slice()
+    }
+    fn as_mut_slice(&mut self) -> &mut [f64] {
+        self.as_mut_slice()
+    }
+}
+
+/// A variable that is a group: its two ways of changing the scalar are one.
+pub trait GroupVariable<const D: usize>: Variable + LieGroup<D, Scalar = f64> {
+    /// The same element, seen as a group.
+    fn group<S: Real>(x: &<Self as Variable>::Over<S>) -> <Self as LieGroup<D>>::Over<S>;
+    /// The same matrix, seen as a Jacobian by this variable.
+    fn jacobian<const R: usize>(matrix: SMatrix<f64, R, D>) -> Self::Jacobian<R>;
+}
+
+/// A variable that stands somewhere in ℝᴺ: a pose or a point.
+pub trait Located<const N: usize>: Variable {
+    /// Its position in the parent frame, in metres.
+    fn position<S: Real>(x: &Self::Over<S>) -> SVector<S, N>;
+    /// Its position and the N×D derivative on the local side.
+    fn position_jac(&self) -> (SVector<f64, N>, Self::Jacobian<N>);
+}
+
+/// Makes a [`Manifold`](crate::lie::Manifold) in `f64` a [`Variable`], and with `group` a [`LieGroup`] a
+/// [`GroupVariable`] too: `variable!(group type, over, dimension, name, coordinates)`, where `over` is the type with
+/// scalar `S`.
+///
+/// ```
+/// use boxplus::graph::{Variable, Values};
+/// use boxplus::lie::{Manifold, Real};
+/// use nalgebra::{SMatrix, SVector, vector};
+///
+/// /// A positive length, moved by its logarithm: never negative, whatever the step.
+/// #[derive(Clone, Copy, Debug, PartialEq)]
+/// struct Length<S = f64>(S);
+/// impl<S: Real> Manifold<1> for Length<S> {
+///     type Scalar = S;
+///     type Over<T: Real> = Length<T>;
+///     fn plus(&self, tau: &SVector<S, 1>) -> Self { Self(self.0 * tau[0].simd_exp()) }
+///     fn minus(&self, base: &Self) -> SVector<S, 1> { vector![(self.0 / base.0).simd_ln()] }
+///     fn plus_jac(&self, tau: &SVector<S, 1>) -> (Self, SMatrix<S, 1, 1>, SMatrix<S, 1, 1>) {
+///         (self.plus(tau), SMatrix::identity(), SMatrix::identity())
+///     }
+///     fn minus_jac(&self, base: &Self) -> (SVector<S, 1>, SMatrix<S, 1, 1>, SMatrix<S, 1, 1>) {
+///         (self.minus(base), SMatrix::identity(), -SMatrix::<S, 1, 1>::identity())
+///     }
+///     fn map<T: Real>(&self, f: impl Fn(S) -> T) -> Length<T> { Length(f(self.0)) }
+/// }
+/// boxplus::variable!(Length, Length<S>, 1, "length", &["log length"]);
+///
+/// let mut values = Values::new();
+/// let key = values.insert(Length(2.0));
+/// assert_eq!(values.get(key), Some(&Length(2.0)));
+/// ```
+#[macro_export]
+macro_rules! variable {
+    (group $(const $n:ident,)? $type:ty, $over:ty, $dim:expr, $name:literal, $coordinates:expr) => {
+        $crate::variable!($(const $n,)? $type, $over, $dim, $name, $coordinates);
+        impl $(<const $n: usize>)? $crate::graph::GroupVariable<{ $dim }> for $type {
+            fn group<S: $crate::lie::Real>(x: &$over) -> $over {
+                *x
+            }
+            fn jacobian<const R: usize>(
+                matrix: $crate::nalgebra::SMatrix<f64, R, { $dim }>,
+            ) -> $crate::nalgebra::SMatrix<f64, R, { $dim }> {
+                matrix
+            }
+        }
+    };
+    ($(const $n:ident,)? $type:ty, $over:ty, $dim:expr, $name:literal, $coordinates:expr) => {
+        impl $(<const $n: usize>)? $crate::graph::Variable for $type {
+            const DIM: usize = $dim;
+            const NAME: &'static str = $name;
+            const COORDINATES: &'static [&'static str] = $coordinates;
+            type Jacobian<const R: usize> = $crate::nalgebra::SMatrix<f64, R, { $dim }>;
+            type Over<S: $crate::lie::Real> = $over;
+
+            fn retract(&self, delta: &[f64]) -> Self {
+                $crate::lie::Manifold::plus(self, &$crate::nalgebra::SVector::from_column_slice(delta))
+            }
+            fn constant<S: $crate::lie::Real>(&self) -> $over {
+                $crate::lie::Manifold::map(self, S::lit)
+            }
+            fn perturb<S: $crate::lie::Real>(&self, delta: &[S]) -> $over {
+                let x: $over = $crate::lie::Manifold::map(self, S::lit);
+                $crate::lie::Manifold::plus(&x, &$crate::nalgebra::SVector::from_column_slice(delta))
+            }
+            fn derivative<const R: usize>(
+                residual: &impl $crate::graph::TangentResidual<R>,
+            ) -> Self::Jacobian<R> {
+                $crate::graph::derivative::<R, { $dim }>(residual)
+            }
+            fn is_finite(&self) -> bool {
+                let finite = core::cell::Cell::new(true);
+                let _ = $crate::lie::Manifold::map(self, |x: f64| {
+                    finite.set(finite.get() && x.is_finite());
+                    x
+                });
+                finite.get()
+            }
+        }
+    };
+}
+
+variable!(group const N, Rn<N>, Rn<N, S>, N, "Rn", &["x", "y", "z", "4th", "5th", "6th"]);
+variable!(group SO2, SO2<S>, 1, "SO2", &["yaw"]);
+variable!(group SE2, SE2<S>, 3, "SE2", &["x", "y", "yaw"]);
+variable!(group SO3, SO3<S>, 3, "SO3", &["rotation about x", "rotation about y", "rotation about z"]);
+variable!(group SE3, SE3<S>, 6, "SE3", &["x", "y", "z", "rotation about x", "rotation about y", "rotation about z"]);
+
+impl<const N: usize> Located<N> for Rn<N> {
+    fn position<S: Real>(x: &Rn<N, S>) -> SVector<S, N> {
+        x.vector()
+    }
+    fn position_jac(&self) -> (SVector<f64, N>, SMatrix<f64, N, N>) {
+        (self.vector(), SMatrix::identity())
+    }
+}
+
+impl Located<2> for SE2 {
+    fn position<S: Real>(x: &SE2<S>) -> SVector<S, 2> {
+        x.translation()
+    }
+    fn position_jac(&self) -> (SVector<f64, 2>, SMatrix<f64, 2, 3>) {
+        let mut jacobian = SMatrix::<f64, 2, 3>::zeros();
+        jacobian.fixed_view_mut::<2, 2>(0, 0).copy_from(&self.rotation().to_matrix());
+        (self.translation(), jacobian)
+    }
+}
+
+impl Located<3> for SE3 {
+    fn position<S: Real>(x: &SE3<S>) -> SVector<S, 3> {
+        x.translation()
+    }
+    fn position_jac(&self) -> (SVector<f64, 3>, SMatrix<f64, 3, 6>) {
+        let mut jacobian = SMatrix::<f64, 3, 6>::zeros();
+        jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&self.rotation().to_matrix());
+        (self.translation(), jacobian)
+    }
+}

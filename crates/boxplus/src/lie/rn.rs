@@ -1,0 +1,102 @@
+//! ℝⁿ under addition: the flat case in which every Jacobian is ±I.
+//!
+//! X·Y = x + y, X⁻¹ = −x, Exp = Log = identity, Ad = J_r = I, ad = 0. It acts on points as a translation.
+//! Biases, landmarks and velocities are `Rn`, so that code written for groups serves them without a special case.
+//!
+//! ```
+//! use boxplus::lie::{LieGroup, Manifold, Rn};
+//! let bias = Rn::<2>::new([1.0, 2.0].into());
+//! let step = [0.5, 0.0].into();
+//! assert_eq!(bias.plus(&step).minus(&bias), step);
+//! ```
+
+use super::{Action, LieGroup, Real};
+use core::ops::Mul;
+use nalgebra::{SMatrix, SVector};
+
+/// A vector of ℝᴺ as an element of the additive group.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rn<const N: usize, S = f64> {
+    x: SVector<S, N>,
+}
+
+impl<const N: usize, S: Real> Rn<N, S> {
+    /// The element with the given coordinates.
+    pub fn new(x: SVector<S, N>) -> Self {
+        Self { x }
+    }
+
+    /// The coordinates.
+    pub fn vector(&self) -> SVector<S, N> {
+        self.x
+    }
+}
+
+impl<const N: usize, S: Real> LieGroup<N> for Rn<N, S> {
+    type Scalar = S;
+    type Over<T: Real> = Rn<N, T>;
+    type Algebra = SVector<S, N>;
+
+    fn identity() -> Self {
+        Self::new(SVector::zeros())
+    }
+    fn compose(&self, rhs: &Self) -> Self {
+        Self::new(self.x + rhs.x)
+    }
+    fn inverse(&self) -> Self {
+        Self::new(-self.x)
+    }
+    fn exp(tau: &SVector<S, N>) -> Self {
+        Self::new(*tau)
+    }
+    fn log(&self) -> SVector<S, N> {
+        self.x
+    }
+    fn adjoint(&self) -> SMatrix<S, N, N> {
+        SMatrix::identity()
+    }
+    fn small_adjoint(_: &SVector<S, N>) -> SMatrix<S, N, N> {
+        SMatrix::zeros()
+    }
+    fn right_jacobian(_: &SVector<S, N>) -> SMatrix<S, N, N> {
+        SMatrix::identity()
+    }
+    fn right_jacobian_inverse(_: &SVector<S, N>) -> SMatrix<S, N, N> {
+        SMatrix::identity()
+    }
+    fn hat(tau: &SVector<S, N>) -> SVector<S, N> {
+        *tau
+    }
+    fn vee(algebra: &SVector<S, N>) -> SVector<S, N> {
+        *algebra
+    }
+    fn map<T: Real>(&self, f: impl Fn(S) -> T) -> Rn<N, T> {
+        Rn::new(self.x.map(f))
+    }
+}
+
+impl<const N: usize, S: Real> Action<N, N> for Rn<N, S> {
+    fn act(&self, p: &SVector<S, N>) -> SVector<S, N> {
+        self.x + p
+    }
+    fn linear_part(&self) -> SMatrix<S, N, N> {
+        SMatrix::identity()
+    }
+    fn generators_at(_: &SVector<S, N>) -> SMatrix<S, N, N> {
+        SMatrix::identity()
+    }
+}
+
+impl<const N: usize, S: Real> Mul for Rn<N, S> {
+    type Output = Self;
+    fn mul(self, rhs: Self) -> Self {
+        self.compose(&rhs)
+    }
+}
+
+impl<const N: usize, S: Real> Mul<SVector<S, N>> for Rn<N, S> {
+    type Output = SVector<S, N>;
+    fn mul(self, p: SVector<S, N>) -> SVector<S, N> {
+        self.act(&p)
+    }
+}

@@ -1,0 +1,130 @@
+//! Stumpff functions: the only place of the library with removable singularities.
+//!
+//! ```text
+//! c_k(x) = Σⱼ (−x)ʲ/(k + 2j)!        x = θ²
+//! c₀ = cos θ    c₁ = sin θ/θ    c₂ = (1 − cos θ)/θ²    c₃ = (θ − sin θ)/θ³    c_k = 1/k! − x·c_{k+2}
+//! ```
+//!
+//! Every map and Jacobian of a group with a rotation is polynomial in the algebra with these functions as coefficients:
+//! Exp φ = I + c₁φ^ + c₂φ^², J_l = I + c₂φ^ + c₃φ^². They are entire in x, so nothing happens at θ = 0; what goes wrong
+//! there is the evaluation. The quotients above lose a factor θ² of their digits per step of k: at θ = 10⁻² the textbook
+//! form of c₅ is wrong in the seventh digit, at 10⁻³ in all. Libraries therefore switch to a series at some tiny θ, and are
+//! wrong just above it.
+//!
+//! Here the series serves all of θ² < 10, hence every rotation a principal logarithm returns (θ ≤ π): c₅ and c₆ by
+//! Horner's rule, then downward by c_k = 1/k! − x·c_{k+2}, which only ever subtracts a smaller term. Above, the
+//! recurrence runs upward from c₁ and c₂, harmless for large x. One switch, no tuned constants; relative error below 2ε
+//! for c₂ … c₆ on (0, π) and 3ε on (π, 2π), in `f32` and in `f64` (`docs/accuracy.md`).
+//!
+//! ```
+//! use boxplus::lie::Stumpff;
+//! let theta: f64 = 1e-3;
+//! let c = Stumpff::new(theta * theta);
+//! assert!((c.c3 - (1.0 / 6.0 - theta.powi(2) / 120.0)).abs() < 1e-14);
+//! assert!(((theta - theta.sin()) / theta.powi(3) - 1.0 / 6.0).abs() > 1e-11); // the quotient has lost five digits
+//! ```
+
+use super::Real;
+
+/// The values c₀ … c₆ at one x = θ².
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
+pub struct Stumpff<S = f64> {
+    /// cos θ.
+    pub c0: S,
+    /// sin θ/θ.
+    pub c1: S,
+    /// (1 − cos θ)/θ².
+    pub c2: S,
+    /// (θ − sin θ)/θ³.
+    pub c3: S,
+    /// (θ²/2 − 1 + cos θ)/θ⁴.
+    pub c4: S,
+    /// (θ³/6 − θ + sin θ)/θ⁵.
+    pub c5: S,
+    /// (θ⁴/24 − θ²/2 + 1 − cos θ)/θ⁶.
+    pub c6: S,
+}
+
+/// Upper end of the series. π² < 10, so that a principal logarithm never leaves it.
+const SERIES_END: f64 = 10.0;
+/// Below θ = ½, c₁ = 1 − x·c₃ subtracts at most 4 %; above, sin θ/θ has no cancellation and c₁ may vanish.
+const TRIGONOMETRY_START: f64 = 0.25;
+
+impl<S: Real> Stumpff<S> {
+    /// All of c₀ … c₆ at `x` = θ² ≥ 0. What a caller does not use costs nothing once inlined.
+    #[inline]
+    pub fn new(x: S) -> Self {
+        S::choose(x.value() < SERIES_END, || Self::series(x), || Self::closed(x))
+    }
+
+    #[inline]
+    fn series(x: S) -> Self {
+        let (c5, c6) = (series(5, x) * S::lit(1.0 / 120.0), series(6, x) * S::lit(1.0 / 720.0));
+        let c4 = S::lit(1.0 / 24.0) - x * c6;
+        let c3 = S::lit(1.0 / 6.0) - x * c5;
+        let c2 = S::lit(0.5) - x * c4;
+        // A dual number has no derivative of √x at 0: there, too, the series.
+        let (c0, c1) = S::choose(
+            x.value() < TRIGONOMETRY_START,
+            || (S::one() - x * c2, S::one() - x * c3),
+            || {
+                let theta = x.simd_sqrt();
+                let (sin, cos) = theta.simd_sin_cos();
+                (cos, sin / theta)
+            },
+        );
+        Self { c0, c1, c2, c3, c4, c5, c6 }
+    }
+
+    #[inline]
+    fn closed(x: S) -> Self {
+        let theta = x.simd_sqrt();
+        let (half_sin, half_cos) = (theta * S::lit(0.5)).simd_sin_cos();
+        let c0 = half_cos * half_cos - half_sin * half_sin;
+        let c1 = theta.simd_sin() / theta;
+        let c2 = S::lit(2.0) * half_sin * half_sin / x;
+        let c3 = (S::one() - c1) / x;
+        let c4 = (S::lit(0.5) - c2) / x;
+        let c5 = (S::lit(1.0 / 6.0) - c3) / x;
+        let c6 = (S::lit(1.0 / 24.0) - c4) / x;
+        Self { c0, c1, c2, c3, c4, c5, c6 }
+    }
+
+    /// d = (1 − (θ/2)·cot(θ/2))/θ² = (c₃ − 2c₄)/(2c₂): J_l⁻¹ = I − ½φ^ + d·φ^². 1/12 at 0, a pole at 2π.
+    #[inline]
+    pub fn d(&self) -> S {
+        -self.beta1() / (self.c2 + self.c2)
+    }
+
+    /// e = d′(θ)/θ = ((5c₅ − c₄ − 8c₆)·c₂ + (c₃ − 2c₄)²)/(2c₂²). 1/360 at 0, a pole at 2π.
+    #[inline]
+    pub fn e(&self) -> S {
+        let b = self.beta1();
+        let a = S::lit(5.0) * self.c5 - self.c4 - S::lit(8.0) * self.c6;
+        (a * self.c2 + b * b) / (S::lit(2.0) * self.c2 * self.c2)
+    }
+
+    /// β₁ = c₂′(θ)/θ = (θ sin θ + 2 cos θ − 2)/θ⁴ = −(c₃ − 2c₄). −1/12 at 0.
+    #[inline]
+    pub fn beta1(&self) -> S {
+        self.c4 + self.c4 - self.c3
+    }
+
+    /// β₂ = c₃′(θ)/θ = (3 sin θ − θ cos θ − 2θ)/θ⁵ = −(c₄ − 3c₅). −1/60 at 0.
+    #[inline]
+    pub fn beta2(&self) -> S {
+        S::lit(3.0) * self.c5 - self.c4
+    }
+}
+
+/// k!·c_k(x) by Horner's rule: a ← 1 − x·a/((2j + k − 1)(2j + k)) for j = `SERIES_TERMS` … 1.
+#[inline(always)]
+fn series<S: Real>(k: usize, x: S) -> S {
+    let mut a = S::one();
+    for j in (1..=S::SERIES_TERMS).rev() {
+        let n = (2 * j + k) as f64;
+        a = S::one() - a * (x * S::lit(1.0 / (n * (n - 1.0))));
+    }
+    a
+}
