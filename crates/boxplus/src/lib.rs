@@ -8,4 +8,8 @@ pub use nalgebra;
 
 #[cfg(feature = "solve")]
 pub mod graph;
+#[cfg(feature = "io")]
+pub mod io;
 pub mod lie;
+#[cfg(feature = "io")]
+pub mod pose_graph;

@@ -1,0 +1,209 @@
+//! What can be wrong with a file, and with a graph that should become one.
+
+use super::Format;
+use core::{fmt, ops::Range};
+
+/// A file that cannot be read: which one, where in it, and why.
+///
+/// Prints as `name:line:column: why`; [`IoError::help`] says what to do.
+#[derive(Clone, Debug, PartialEq)]
+pub struct IoError {
+    /// The name that was given to the reader.
+    pub name: String,
+    /// Where, unless the file as a whole is at fault.
+    pub place: Option<Place>,
+    /// Why.
+    pub kind: IoErrorKind,
+}
+
+/// A place in a file, after decompression (see [`super::decompress`]).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Place {
+    /// Line, from 1.
+    pub line: u32,
+    /// Byte in the line, from 1.
+    pub column: u32,
+    /// Field in the line, from 0, the tag.
+    pub field: u32,
+    /// Bytes in the text.
+    pub span: Range<usize>,
+    /// First word of the line.
+    pub tag: String,
+    /// The fields of such a line, where the tag is known.
+    pub layout: Option<&'static str>,
+}
+
+impl Place {
+    /// What the layout calls the field.
+    pub fn expected(&self) -> Option<&'static str> {
+        let layout = self.layout?;
+        let last = layout.rsplit(' ').next();
+        layout.split(' ').nth(self.field.checked_sub(1)? as usize).or(last)
+    }
+}
+
+/// Why a file cannot be read.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum IoErrorKind {
+    /// The gzip stream stops before its end.
+    #[error("the gzip file ends early")]
+    GzipTruncated,
+    /// The gzip stream does not decode, or its checksum is wrong.
+    #[error("the gzip file is corrupt")]
+    GzipCorrupt,
+    /// A byte that no text holds.
+    #[error("this is not a text file (byte 0x{byte:02x})")]
+    NotText {
+        /// The byte.
+        byte: u8,
+    },
+    /// No vertex and no measurement.
+    #[error("no vertex and no edge in this file ({unknown} lines with unknown tags)")]
+    Empty {
+        /// How many lines have an unknown tag.
+        unknown: usize,
+    },
+    /// The line ends before its last field.
+    #[error("the line ends too early")]
+    MissingField,
+    /// Fields are left over.
+    #[error("the line goes on after its last field")]
+    TooManyFields {
+        /// The first field too many.
+        found: Box<str>,
+    },
+    /// Not a number.
+    #[error("`{found}` is not a number")]
+    NotANumber {
+        /// The field.
+        found: Box<str>,
+    },
+    /// NaN, infinite, or too large for a 64-bit float.
+    #[error("`{found}` is not a finite number")]
+    NotFinite {
+        /// The field.
+        found: Box<str>,
+    },
+    /// Not a whole number.
+    #[error("`{found}` is not an id")]
+    NotAnId {
+        /// The field.
+        found: Box<str>,
+    },
+    /// Below zero.
+    #[error("the id {found} is negative")]
+    NegativeId {
+        /// The field.
+        found: Box<str>,
+    },
+    /// Above 2⁶⁴ − 1.
+    #[error("the id {found} is too large")]
+    HugeId {
+        /// The field.
+        found: Box<str>,
+    },
+    /// A quaternion without direction.
+    #[error("the quaternion is zero")]
+    ZeroQuaternion,
+    /// A vertex or sensor offset that was already given.
+    #[error("{id} was already given in line {first}")]
+    DuplicateId {
+        /// The id.
+        id: u64,
+        /// The line that gave it first.
+        first: u32,
+    },
+}
+
+impl fmt::Display for IoError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:", self.name)?;
+        let Some(place) = &self.place else { return write!(f, " {}", self.kind) };
+        write!(f, "{}:{}: {}", place.line, place.column, self.kind)?;
+        match place.expected() {
+            Some(expected) => write!(f, "; expected {expected} in field {} of {}", place.field, place.tag),
+            None => Ok(()),
+        }
+    }
+}
+
+impl core::error::Error for IoError {
+    fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
+        None
+    }
+}
+
+impl From<Box<IoError>> for IoError {
+    fn from(error: Box<IoError>) -> Self {
+        *error
+    }
+}
+
+impl IoError {
+    /// What to do about it.
+    pub fn help(&self) -> String {
+        match &self.kind {
+            IoErrorKind::GzipTruncated => "fetch or copy the file again; it was cut off".into(),
+            IoErrorKind::GzipCorrupt => "fetch or copy the file again; `gzip -t` must accept it".into(),
+            IoErrorKind::NotText { .. } => {
+                "pose graphs are plain or gzip text in g2o, TORO or iSAM format".into()
+            }
+            IoErrorKind::Empty { .. } => {
+                "lines of a pose graph start with a tag such as VERTEX_SE2 or EDGE_SE3:QUAT".into()
+            }
+            IoErrorKind::ZeroQuaternion => "give a unit quaternion; 0 0 0 1 is no rotation".into(),
+            IoErrorKind::DuplicateId { .. } => {
+                "ids count poses and points together; renumber or delete one".into()
+            }
+            IoErrorKind::NotFinite { .. } => {
+                "remove the line or correct the program that wrote it; no estimate can come from it".into()
+            }
+            IoErrorKind::NegativeId { .. } | IoErrorKind::HugeId { .. } | IoErrorKind::NotAnId { .. } => {
+                "ids are whole numbers from 0 to 18446744073709551615".into()
+            }
+            IoErrorKind::MissingField
+            | IoErrorKind::TooManyFields { .. }
+            | IoErrorKind::NotANumber { .. } => self.layout_help(),
+        }
+    }
+
+    fn layout_help(&self) -> String {
+        match &self.place {
+            Some(Place { tag, layout: Some(layout), .. }) => format!("such a line reads: {tag} {layout}"),
+            _ => "compare the line with its neighbours".into(),
+        }
+    }
+}
+
+/// Why a graph cannot be written in a format.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum WriteError {
+    /// A number is NaN or infinite; no reader would take the file.
+    #[error("{tag} of {id}: a number is NaN or infinite; was the solution accepted although it diverged?")]
+    NotFinite {
+        /// The tag of the line.
+        tag: &'static str,
+        /// The vertex, the first vertex of the edge, or the sensor offset.
+        id: u64,
+    },
+    /// The format has no such lines.
+    #[error("{format} has no lines for {count} × {what}; write g2o, or remove them first")]
+    Unrepresentable {
+        /// The format.
+        format: Format,
+        /// What it cannot hold.
+        what: &'static str,
+        /// How many there are.
+        count: usize,
+    },
+    /// iSAM stores a square root of the information, which must therefore be positive definite.
+    #[error("{tag} of {id}: the information matrix is not positive definite, so it has no square root")]
+    NotPositiveDefinite {
+        /// The tag of the line.
+        tag: &'static str,
+        /// The first vertex of the edge.
+        id: u64,
+    },
+}
