@@ -20,7 +20,7 @@ pub const SIGHTING: Color = Color { r: 0xa7, g: 0xd8, b: 0xc6 };
 pub const ELLIPSE: Color = Color { r: 0x25, g: 0x63, b: 0xeb };
 
 /// The part of the map used: its bright end is invisible on paper.
-const RANGE: (f64, f64) = (0.03, 0.86);
+const RANGE: (f64, f64) = (0.1, 0.87);
 /// Decades shown at most; smaller residuals take the first colour.
 const DECADES: i32 = 6;
 

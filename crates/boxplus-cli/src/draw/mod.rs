@@ -2,6 +2,7 @@
 
 mod camera;
 mod colour;
+mod from_graph;
 mod page;
 mod panel;
 mod png;
@@ -22,6 +23,9 @@ use window::Area;
 const MARGIN: f64 = 40.0;
 const HEADER: f64 = 98.0;
 const PANEL: f64 = 580.0;
+/// Height of a panel over its width, at least and at most.
+const SHALLOWEST: f64 = 0.55;
+const DEEPEST: f64 = 1.05;
 const GAP: f64 = 36.0;
 const FOOTER: f64 = 84.0;
 
@@ -55,7 +59,10 @@ impl Figure {
     /// The drawing as an SVG document.
     pub fn svg(&self) -> String {
         let count = self.panels.len().max(1) as f64;
-        let (width, height) = (2.0 * MARGIN + count * PANEL + (count - 1.0) * GAP, HEADER + PANEL + FOOTER);
+        let camera = self.camera();
+        let tall = self.panels.iter().map(|p| panel::height(&p.scene, PANEL, &camera)).fold(0.0, f64::max);
+        let tall = tall.clamp(SHALLOWEST * PANEL, DEEPEST * PANEL).round();
+        let (width, height) = (2.0 * MARGIN + count * PANEL + (count - 1.0) * GAP, HEADER + tall + FOOTER);
         let residuals = self.panels.iter().flat_map(|p| &p.scene.loops).map(|l| l.residual);
         let decades = Decades::of(residuals);
         let mut document = Document::new()
@@ -68,13 +75,12 @@ impl Figure {
             .add(text(&self.title, (MARGIN, 48.0), Anchor::Start, TITLE))
             .add(text(&self.facts, (MARGIN, 73.0), Anchor::Start, FACTS))
             .add(text("boxplus", (width - MARGIN, 48.0), Anchor::End, SIGNATURE));
-        let camera = self.camera();
         for (i, panel) in self.panels.iter().enumerate() {
             let x = MARGIN + i as f64 * (PANEL + GAP);
-            let area = Area { x, y: HEADER, width: PANEL, height: PANEL };
+            let area = Area { x, y: HEADER, width: PANEL, height: tall };
             document = panel::draw(document, panel, &format!("panel{i}"), area, &camera, decades);
         }
-        let footer = Area { x: MARGIN, y: HEADER + PANEL, width: width - 2.0 * MARGIN, height: FOOTER };
+        let footer = Area { x: MARGIN, y: HEADER + tall, width: width - 2.0 * MARGIN, height: FOOTER };
         panel::legend(document, &self.panels, footer, decades).to_string()
     }
 

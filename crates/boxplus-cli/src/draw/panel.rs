@@ -9,7 +9,7 @@ use super::camera::{Camera, Spot};
 use super::colour::{Decades, ELLIPSE, GRID, INK, LANDMARK, MUTED, SIGHTING, TRACK, fade, heat};
 use super::page::{Anchor, Type, clipped, dot, ellipse, line, path, rectangle, text};
 use super::strokes::{Kind, Layer, STEPS, Strokes};
-use super::window::{Area, Window};
+use super::window::{Area, Window, aspect};
 use super::{Panel, Scene};
 
 const HEADING: Type = Type { size: 15.0, bold: true, colour: INK };
@@ -19,14 +19,23 @@ const TICK: Type = Type { size: 11.5, bold: false, colour: MUTED };
 /// Room for the heading, and for the labels of a plan's axes.
 const HEADING_ROOM: f64 = 34.0;
 const TICK_ROOM: (f64, f64) = (38.0, 24.0);
+/// Room for the world axes of a view in space.
+const TRIAD_ROOM: f64 = 40.0;
 /// How far the farthest line fades into the paper.
-const FADE: f64 = 0.78;
+const FADE: f64 = 0.7;
 /// Up to so many poses each is a dot, too.
 const DOTS: usize = 400;
 /// More ellipses than this hide each other.
 const ELLIPSES: usize = 300;
 /// √χ²: the quantile of 95 % for two degrees of freedom.
 const CONFIDENCE_95: f64 = 2.447_746_830_680_816;
+
+/// The height that a panel of `width` needs to show `scene`.
+pub fn height(scene: &Scene, width: f64, camera: &Camera) -> f64 {
+    let room = if scene.spatial { (0.0, HEADING_ROOM + TRIAD_ROOM) } else { (TICK_ROOM.0, HEADING_ROOM + TICK_ROOM.1) };
+    let aspect = aspect(scene.points().iter().map(|p| camera.project(p)));
+    (width - room.0) * aspect + room.1
+}
 
 /// Adds a panel to the page.
 pub fn draw(
@@ -259,7 +268,8 @@ fn colour_bar(mut document: Document, area: Area, middle: f64, decades: Decades)
     }
     for power in decades.low..=decades.high {
         let at = left + WIDTH * f64::from(power - decades.low) / f64::from(decades.high - decades.low);
-        document = document.add(text(&decade(power), (at, middle + 21.0), Anchor::Middle, TICK));
+        let anchor = if power == decades.high { Anchor::End } else { Anchor::Middle };
+        document = document.add(text(&decade(power), (at, middle + 21.0), anchor, TICK));
     }
     let label = "residual of loop closures, in standard deviations";
     document.add(text(label, (left - 16.0, middle + 4.0), Anchor::End, NOTE))

@@ -27,11 +27,7 @@ pub struct Window {
 impl Window {
     /// The window that shows all of `spots`, as large as it fits.
     pub fn fit(area: Area, spots: impl Iterator<Item = Spot>) -> Self {
-        let (mut u, mut v) = (Interval::EMPTY, Interval::EMPTY);
-        for spot in spots {
-            u.include(spot.u);
-            v.include(spot.v);
-        }
+        let (u, v) = extent(spots);
         let (width, height) = (u.length().max(1e-9), v.length().max(1e-9));
         let scale = (area.width / width).min(area.height / height) * (1.0 - 2.0 * MARGIN);
         let scale = if u.length().max(v.length()) > 0.0 { scale } else { 100.0 };
@@ -62,6 +58,21 @@ impl Window {
     pub fn round_length(&self) -> f64 {
         round_step(0.22 * self.area.width / self.scale)
     }
+}
+
+/// Height over width of what `spots` cover, 1 where they cover nothing.
+pub fn aspect(spots: impl Iterator<Item = Spot>) -> f64 {
+    let (u, v) = extent(spots);
+    if u.length().max(v.length()) > 0.0 { v.length() / u.length() } else { 1.0 }
+}
+
+fn extent(spots: impl Iterator<Item = Spot>) -> (Interval, Interval) {
+    let (mut u, mut v) = (Interval::EMPTY, Interval::EMPTY);
+    for spot in spots {
+        u.include(spot.u);
+        v.include(spot.v);
+    }
+    (u, v)
 }
 
 struct Interval {

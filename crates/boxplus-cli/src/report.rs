@@ -1,0 +1,244 @@
+//! What `solve` says: one document, printed as JSON or as one readable screen.
+
+use serde::Serialize;
+
+use crate::output::{DIM, GOOD, STRONG, WARN};
+use crate::text::{count, duration, grouped, significant};
+
+/// Digits of a cost on the screen.
+const DIGITS: usize = 10;
+/// Rows of the iteration table and of the worst edges without `--verbose`.
+const WORST: usize = 5;
+
+/// The report of a solve. Numbers that are not finite become `null` in JSON.
+#[derive(Debug, Serialize)]
+pub struct SolveReport {
+    /// `boxplus.solve`.
+    pub format: &'static str,
+    /// Counts up when a field changes its meaning or goes away.
+    pub version: u32,
+    pub input: String,
+    pub vertices: usize,
+    pub edges: usize,
+    /// Vertices and measurements by kind, in words.
+    pub kinds: Vec<Count>,
+    pub chart: &'static str,
+    pub robust: Option<String>,
+    pub algorithm: &'static str,
+    pub initial_cost: f64,
+    /// What was minimised: ½ Σ ρ(eᵀΩe) in `chart`.
+    pub cost: f64,
+    /// The costs of the result as others count them, without the robust kernel.
+    pub costs: Costs,
+    pub iterations: usize,
+    pub accepted: usize,
+    pub termination: &'static str,
+    pub reason: String,
+    pub converged: bool,
+    pub seconds: Seconds,
+    pub threads: usize,
+    pub gauge: Gauge,
+    pub initialisation: Initialisation,
+    pub trace: Vec<Step>,
+    pub worst_edges: Vec<WorstEdge>,
+    pub faults: Vec<String>,
+    pub outputs: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+pub struct Count {
+    pub count: usize,
+    pub kind: String,
+}
+
+#[derive(Debug, Serialize)]
+pub struct Costs {
+    /// ½ Σ Ω‖Log(Z⁻¹Xᵢ⁻¹Xⱼ)‖², as GTSAM.
+    pub log: f64,
+    /// Σ eᵀΩe with the vector part of the quaternion.
+    pub g2o: f64,
+    /// SE-Sync's objective.
+    pub se_sync: f64,
+    /// ½ Σ of Ceres' pose-graph example.
+    pub ceres: f64,
+}
+
+#[derive(Debug, Serialize)]
+pub struct Seconds {
+    pub load: f64,
+    pub initialise: f64,
+    pub optimise: f64,
+    pub total: f64,
+    /// Parts of `optimise`.
+    pub phases: Phases,
+}
+
+#[derive(Debug, Serialize)]
+pub struct Phases {
+    pub analyse: f64,
+    pub linearise: f64,
+    pub factorise: f64,
+    pub solve: f64,
+    pub evaluate: f64,
+}
+
+/// What kept the graph from floating.
+#[derive(Debug, Serialize)]
+pub struct Gauge {
+    /// Fixed in the file or by `--fix`.
+    pub fixed: Vec<u64>,
+    /// Held because nothing else was, one for each connected part.
+    pub held: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+pub struct Initialisation {
+    pub chosen: &'static str,
+    pub candidates: Vec<Candidate>,
+}
+
+#[derive(Debug, Serialize)]
+pub struct Candidate {
+    pub name: &'static str,
+    pub cost: f64,
+}
+
+#[derive(Debug, Serialize)]
+pub struct Step {
+    pub cost: f64,
+    pub gradient: f64,
+    pub step: f64,
+    pub damping: f64,
+    pub accepted: bool,
+    pub seconds: f64,
+}
+
+#[derive(Debug, Serialize)]
+pub struct WorstEdge {
+    pub kind: String,
+    pub from: u64,
+    pub to: Option<u64>,
+    /// Line of the input, `null` where it has none.
+    pub line: Option<u32>,
+    pub chi2: f64,
+    /// √(χ² per degree of freedom).
+    pub sigmas: f64,
+}
+
+impl SolveReport {
+    /// The screen.
+    pub fn screen(&self, verbose: bool) -> String {
+        let mut rows = vec![self.heading(), String::new(), self.cost_row()];
+        rows.extend(self.charts());
+        rows.push(row("stopped", &self.stopped()));
+        rows.push(row("start", &self.start()));
+        rows.push(row("held", &self.held()));
+        rows.push(row("time", &self.time()));
+        rows.extend(self.fault_rows());
+        rows.extend(self.worst_rows(if verbose { self.worst_edges.len() } else { WORST }));
+        if verbose {
+            rows.extend(self.trace_rows());
+        }
+        rows.join("\n")
+    }
+
+    fn heading(&self) -> String {
+        let kinds: Vec<String> = self.kinds.iter().map(|k| format!("{} {}", grouped(k.count), k.kind)).collect();
+        format!("{STRONG}{}{STRONG:#}   {}", self.input, kinds.join(" · "))
+    }
+
+    fn cost_row(&self) -> String {
+        let robust = self.robust.as_ref().map_or(String::new(), |kernel| format!(", robust {kernel}"));
+        let what = format!("{DIM}½Σ eᵀΩe, {}{robust}{DIM:#}", self.chart);
+        let (from, to) = (significant(self.initial_cost, 6), significant(self.cost, DIGITS));
+        row("cost", &format!("{from} → {STRONG}{to}{STRONG:#}   {what}"))
+    }
+
+    fn charts(&self) -> [String; 2] {
+        let [log, g2o, se_sync, ceres] =
+            [self.costs.log, self.costs.g2o, self.costs.se_sync, self.costs.ceres].map(|x| significant(x, DIGITS));
+        [
+            row("", &format!("{DIM}log ½Σ{DIM:#}   {log:<16} {DIM}g2o χ²{DIM:#}   {g2o}")),
+            row("", &format!("{DIM}ceres ½Σ{DIM:#} {ceres:<16} {DIM}se-sync{DIM:#}  {se_sync}")),
+        ]
+    }
+
+    fn stopped(&self) -> String {
+        let style = if self.converged { GOOD } else { WARN };
+        let steps = count(self.iterations, "step", "steps");
+        let rejected = self.iterations - self.accepted.min(self.iterations);
+        let rejected = if rejected > 0 { format!(", {rejected} rejected") } else { String::new() };
+        format!("{style}{}{style:#} after {steps}{rejected}", self.reason)
+    }
+
+    fn start(&self) -> String {
+        let others = self.initialisation.candidates.iter().filter(|c| c.name != self.initialisation.chosen);
+        let others: Vec<_> = others.map(|c| format!("{} {}", c.name, significant(c.cost, 4))).collect();
+        let rest = if others.is_empty() { String::new() } else { format!("   {DIM}rather than {}{DIM:#}", others.join(", ")) };
+        format!("{}{rest}", self.initialisation.chosen)
+    }
+
+    fn held(&self) -> String {
+        match (self.gauge.fixed.as_slice(), self.gauge.held.as_slice()) {
+            ([], []) => "nothing: priors keep the graph in place".to_owned(),
+            ([id], []) => format!("vertex {id}, as asked"),
+            (ids, []) => format!("{} vertices, as asked", grouped(ids.len())),
+            (_, [one]) => format!("{one}, because nothing else is fixed"),
+            (_, many) => {
+                let names = many.iter().take(5).cloned().collect::<Vec<_>>().join(", ");
+                let more = if many.len() > 5 { ", …" } else { "" };
+                format!("{names}{more}: one in each of {} parts", grouped(many.len()))
+            }
+        }
+    }
+
+    fn time(&self) -> String {
+        let Seconds { load, initialise, optimise, total, phases } = &self.seconds;
+        let parts = format!(
+            "{DIM}load {} · initialise {} · optimise {} (linearise {}, factorise {}){DIM:#}",
+            duration(*load),
+            duration(*initialise),
+            duration(*optimise),
+            duration(phases.linearise + phases.evaluate),
+            duration(phases.analyse + phases.factorise + phases.solve),
+        );
+        format!("{}, {}   {parts}", duration(*total), count(self.threads, "thread", "threads"))
+    }
+
+    fn fault_rows(&self) -> Vec<String> {
+        let shown = self.faults.iter().take(WORST);
+        let mut rows: Vec<_> = shown.map(|fault| row("note", &format!("{WARN}{fault}{WARN:#}"))).collect();
+        if self.faults.len() > WORST {
+            rows.push(row("", &format!("and {} more: see `boxplus info`", grouped(self.faults.len() - WORST))));
+        }
+        rows
+    }
+
+    fn worst_rows(&self, shown: usize) -> Vec<String> {
+        let rows = self.worst_edges.iter().take(shown).enumerate().map(|(i, edge)| {
+            let to = edge.to.map_or(String::new(), |to| format!(" → {to}"));
+            let line = edge.line.map_or(String::new(), |line| format!("   {DIM}line {line}{DIM:#}"));
+            let ends = format!("{}{to}", edge.from);
+            let chi2 = significant(edge.chi2, 4);
+            let sigmas = significant(edge.sigmas, 3);
+            row(if i == 0 { "worst" } else { "" }, &format!("{ends:<16} χ² {chi2:<10} {sigmas:>6} σ{line}"))
+        });
+        rows.collect()
+    }
+
+    fn trace_rows(&self) -> Vec<String> {
+        let title = row("", &format!("{DIM}step   cost             gradient    step        damping     seconds{DIM:#}"));
+        let rows = self.trace.iter().enumerate().map(|(i, s)| {
+            let mark = if s.accepted { ' ' } else { '×' };
+            let number = |x: f64| format!("{x:<11.3e}");
+            let line = format!("{:>4}{mark}  {:<16.9e} {} {} {} {:.4}", i + 1, s.cost, number(s.gradient), number(s.step), number(s.damping), s.seconds);
+            row("", &line)
+        });
+        [title].into_iter().chain(rows).collect()
+    }
+}
+
+/// One line of a screen: what, and its value.
+pub fn row(label: &str, value: &str) -> String {
+    format!("  {DIM}{label:<9}{DIM:#} {value}").trim_end().to_owned()
+}
