@@ -3,6 +3,7 @@
 mod camera;
 mod colour;
 mod from_graph;
+mod legend;
 mod page;
 mod panel;
 mod png;
@@ -15,6 +16,7 @@ pub use scene::{Ellipse, Link, Scene};
 
 use camera::Camera;
 use colour::{Decades, INK, MUTED, PAPER};
+use legend::Legend;
 use page::{Anchor, FONTS, Type, text};
 use svg::Document;
 use svg::node::element::Title;
@@ -27,7 +29,6 @@ const PANEL: f64 = 580.0;
 const SHALLOWEST: f64 = 0.55;
 const DEEPEST: f64 = 1.05;
 const GAP: f64 = 36.0;
-const FOOTER: f64 = 84.0;
 
 const TITLE: Type = Type { size: 25.0, bold: true, colour: INK };
 const FACTS: Type = Type { size: 14.5, bold: false, colour: MUTED };
@@ -62,9 +63,11 @@ impl Figure {
         let camera = self.camera();
         let tall = self.panels.iter().map(|p| panel::height(&p.scene, PANEL, &camera)).fold(0.0, f64::max);
         let tall = tall.clamp(SHALLOWEST * PANEL, DEEPEST * PANEL).round();
-        let (width, height) = (2.0 * MARGIN + count * PANEL + (count - 1.0) * GAP, HEADER + tall + FOOTER);
         let residuals = self.panels.iter().flat_map(|p| &p.scene.loops).map(|l| l.residual);
         let decades = Decades::of(residuals);
+        let legend = Legend::of(&self.panels, decades);
+        let inner = count * PANEL + (count - 1.0) * GAP;
+        let (width, height) = (2.0 * MARGIN + inner, HEADER + tall + legend.height(inner));
         let mut document = Document::new()
             .set("viewBox", (0, 0, width, height))
             .set("width", width)
@@ -80,8 +83,8 @@ impl Figure {
             let area = Area { x, y: HEADER, width: PANEL, height: tall };
             document = panel::draw(document, panel, &format!("panel{i}"), area, &camera, decades);
         }
-        let footer = Area { x: MARGIN, y: HEADER + tall, width: width - 2.0 * MARGIN, height: FOOTER };
-        panel::legend(document, &self.panels, footer, decades).to_string()
+        let footer = Area { x: MARGIN, y: HEADER + tall, width: inner, height: legend.height(inner) };
+        legend.draw(document, footer).to_string()
     }
 
     /// One camera for all panels, chosen for the last: the result.

@@ -1,4 +1,4 @@
-//! One view of a pose graph, and the legend of all.
+//! One view of a pose graph.
 
 use colorous::Color;
 use nalgebra::Vector3;
@@ -7,7 +7,7 @@ use svg::node::element::Group;
 
 use super::camera::{Camera, Spot};
 use super::colour::{Decades, ELLIPSE, GRID, INK, LANDMARK, MUTED, SIGHTING, TRACK, fade, heat};
-use super::page::{Anchor, Type, clipped, dot, ellipse, line, path, rectangle, text};
+use super::page::{Anchor, Type, clipped, dot, ellipse, line, path, text};
 use super::strokes::{Kind, Layer, STEPS, Strokes};
 use super::window::{Area, Window, aspect};
 use super::{Panel, Scene};
@@ -229,61 +229,3 @@ fn triad(mut document: Document, camera: &Camera, window: &Window) -> Document {
     document.add(text(&label, (0.5 * (left + right), bar - 9.0), Anchor::Middle, TICK))
 }
 
-/// What the lines and colours mean.
-pub fn legend(mut document: Document, panels: &[Panel], area: Area, decades: Option<Decades>) -> Document {
-    let middle = area.y + 44.0;
-    let mut x = area.x;
-    let any = |f: fn(&Scene) -> bool| panels.iter().any(|p| f(&p.scene));
-    let entries = [
-        (any(|s| !s.tracks.is_empty()), "trajectory", TRACK),
-        (any(|s| !s.landmarks.is_empty()), "landmark", LANDMARK),
-        (any(|s| !s.sightings.is_empty()), "sighting", SIGHTING),
-        (any(|s| !s.ellipses.is_empty()), "95 % of positions", ELLIPSE),
-    ];
-    for (_, name, colour) in entries.into_iter().filter(|e| e.0) {
-        document = match name {
-            "landmark" => document.add(dot((x + 11.0, middle), 3.5, colour)),
-            "95 % of positions" => document.add(ellipse((x + 11.0, middle), (11.0, 6.0), 0.0, colour)),
-            _ => document.add(line((x, middle), (x + 22.0, middle), colour, 2.0)),
-        };
-        document = document.add(text(name, (x + 30.0, middle + 4.0), Anchor::Start, NOTE));
-        x += 30.0 + 7.4 * name.len() as f64 + 26.0;
-    }
-    match decades {
-        Some(decades) => colour_bar(document, area, middle, decades),
-        None => document,
-    }
-}
-
-fn colour_bar(mut document: Document, area: Area, middle: f64, decades: Decades) -> Document {
-    const WIDTH: f64 = 240.0;
-    const CELLS: u8 = 60;
-    let left = area.x + area.width - WIDTH;
-    let cell = WIDTH / f64::from(CELLS);
-    for i in 0..CELLS {
-        // Cells overlap a little: no hair lines between them.
-        let part = Area { x: left + f64::from(i) * cell, y: middle - 5.0, width: cell + 0.6, height: 10.0 };
-        let part = Area { width: part.width.min(area.x + area.width - part.x), ..part };
-        document = document.add(rectangle(part, heat((f64::from(i) + 0.5) / f64::from(CELLS))));
-    }
-    for power in decades.low..=decades.high {
-        let at = left + WIDTH * f64::from(power - decades.low) / f64::from(decades.high - decades.low);
-        let anchor = if power == decades.high { Anchor::End } else { Anchor::Middle };
-        document = document.add(text(&decade(power), (at, middle + 21.0), anchor, TICK));
-    }
-    let label = "residual of loop closures, in standard deviations";
-    document.add(text(label, (left - 16.0, middle + 4.0), Anchor::End, NOTE))
-}
-
-/// 10ᵖ in print.
-fn decade(power: i32) -> String {
-    match power {
-        -2 => "0.01".to_owned(),
-        -1 => "0.1".to_owned(),
-        0 => "1".to_owned(),
-        1 => "10".to_owned(),
-        2 => "100".to_owned(),
-        3 => "1000".to_owned(),
-        _ => format!("10{}", crate::text::superscript(power)),
-    }
-}
