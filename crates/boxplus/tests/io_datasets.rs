@@ -119,8 +119,8 @@ fn every_public_pose_graph_is_written_and_read_back_bit_for_bit() {
         let graph = io::read(&bytes, name, None).unwrap().graph;
         let text = io::write(&graph, Format::G2o).unwrap();
         let back = io::read(text.as_bytes(), name, None).unwrap().graph;
-        assert_eq!(graph, back, "{name}");
-        assert_eq!(text, io::write(&back, Format::G2o).unwrap(), "{name}");
+        assert!(graph == back, "{name}");
+        assert!(text == io::write(&back, Format::G2o).unwrap(), "{name}");
     }
 }
 
@@ -146,7 +146,7 @@ fn isam_landmark_files_are_read_as_published() {
     assert_eq!((s.ids, s.components, parsed.point_shift), (1073 + 20, 1, 1073));
     assert_eq!(s.counts, [(Kind::Edge3, 2034), (Kind::Sighting3, 1039)]);
     let text = io::write(&parsed.graph, Format::G2o).unwrap();
-    assert_eq!(io::read(text.as_bytes(), "", None).unwrap().graph, parsed.graph);
+    assert!(io::read(text.as_bytes(), "", None).unwrap().graph == parsed.graph);
 }
 
 #[test]

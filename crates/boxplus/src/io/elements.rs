@@ -281,10 +281,15 @@ pub(super) fn print_prior<Z, const D: usize>(
     })
 }
 
-/// The angle whose cosine and sine are the stored ones, bit for bit: among the floats next to atan2 those which give the
-/// rotation back, of these the one with the shortest decimal. A product of rotations may lie between two floats; then the
-/// nearest angle is taken.
+/// The angle whose cosine and sine are the stored ones, bit for bit, with the shortest decimal. A product of rotations may
+/// lie between the rotations of all floats; then the angle of the nearest is taken.
 fn angle_of(rotation: SO2) -> f64 {
+    let angle = rotation.angle();
+    exact_angle(rotation).or_else(|| exact_angle(rotation_of(angle))).unwrap_or(angle)
+}
+
+/// Among the floats next to atan2 those which give the rotation back, of these the one with the shortest decimal.
+fn exact_angle(rotation: SO2) -> Option<f64> {
     let angle = rotation.angle();
     // atan2, cos and sin err by less than an ulp each, and a step of the angle by an ulp moves one of cos, sin by half of
     // one or more: four steps reach every angle.
@@ -294,5 +299,5 @@ fn angle_of(rotation: SO2) -> f64 {
         let back = rotation_of(*x);
         back.cos().to_bits() == rotation.cos().to_bits() && back.sin().to_bits() == rotation.sin().to_bits()
     };
-    below.chain(above).filter(same).min_by_key(|x| format!("{x}").len()).unwrap_or(angle)
+    below.chain(above).filter(same).min_by_key(|x| format!("{x}").len())
 }

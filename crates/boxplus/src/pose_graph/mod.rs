@@ -2,7 +2,7 @@
 //!
 //! A [`PoseGraph`] holds exactly what a file says, in the order of the file, one vector per kind, so that nothing is lost
 //! between reading and writing; [`PoseGraph::constraints`] walks over all measurements as one list,
-//! [`PoseGraph::statistics`] counts, [`PoseGraph::faults`] finds what would make a solver fail, and `simulate` makes
+//! [`PoseGraph::statistics`] counts, [`PoseGraph::faults`] finds what would make a solver fail, and [`simulate`] makes
 //! graphs whose truth is known.
 //!
 //! ```text
@@ -22,6 +22,7 @@ mod constraint;
 mod faults;
 mod ids;
 mod information;
+pub mod simulate;
 mod statistics;
 
 pub use constraint::{Constraint, Kind, Measured, VertexKind};
