@@ -1,7 +1,13 @@
 //! State estimation on Lie groups: where is it, and how sure are we?
 //!
 //! The modules are in reading order, and each imports only from those before it:
-//! `lie → graph → pose_graph → io`.
+//!
+//! | module | what | feature |
+//! |---|---|---|
+//! | [`lie`] | groups: Exp, Log, ⊞, ⊟, adjoints, every Jacobian on both sides | always, `no_std` |
+//! | `graph` | factor graphs: the estimate that fits all measurements best, and how sure it is | `solve` (`parallel`: on all cores) |
+//! | `pose_graph` | pose graphs as data: statistics, faults, simulators, and their optimum | `io` (and `solve`) |
+//! | `io` | g2o, TORO and iSAM files | `io` |
 #![cfg_attr(not(feature = "std"), no_std)]
 
 pub use nalgebra;

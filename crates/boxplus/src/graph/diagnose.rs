@@ -7,10 +7,10 @@
 use core::fmt;
 
 use super::GraphError;
-use super::cholesky::Cholesky;
-use super::step::{dot, product};
-use super::structure::{Normal, Structure};
-use super::values::{Values, VariableName};
+use super::linear::cholesky::Cholesky;
+use super::linear::structure::{Normal, Structure};
+use super::solve::step::{dot, product};
+use super::{Values, VariableName};
 
 /// One coordinate of one variable that takes part in an unconstrained direction.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,7 +52,11 @@ impl fmt::Display for Unconstrained {
         }
         let hidden = self.variables > Self::SHOWN;
         if hidden {
-            write!(f, ", … ({} variables take part, so a whole part of the graph moves together)", self.variables)?;
+            write!(
+                f,
+                ", … ({} variables take part, so a whole part of the graph moves together)",
+                self.variables
+            )?;
         }
         write!(f, "; add a measurement that sees them, a prior, or hold a variable")
     }
@@ -114,7 +118,8 @@ fn free_directions(structure: &Structure, scaled: &[f64], basis: &[f64]) -> Vec<
     let size = structure.size();
     let columns: Vec<&[f64]> = basis.chunks(size).collect();
     let images: Vec<Vec<f64>> = columns.iter().map(|v| product(structure, scaled, v)).collect();
-    let projected = nalgebra::DMatrix::from_fn(columns.len(), columns.len(), |i, j| dot(columns[i], &images[j]));
+    let projected =
+        nalgebra::DMatrix::from_fn(columns.len(), columns.len(), |i, j| dot(columns[i], &images[j]));
     let eigen = ((&projected + projected.transpose()) * 0.5).symmetric_eigen();
     let free = (0..columns.len()).filter(|&k| eigen.eigenvalues[k] < FREE);
     free.map(|k| {

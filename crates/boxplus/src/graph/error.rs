@@ -1,15 +1,16 @@
 //! What can be wrong with a graph.
 
 use super::diagnose::Unconstrained;
-use super::factor_name::FactorName;
-use super::values::VariableName;
+use super::names::{FactorName, VariableName};
 
 /// Why a graph cannot be solved, or a matrix cannot be a noise.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GraphError {
     /// A key does not belong to these values.
-    #[error("{kind} key {number} is not in these values; insert the variable first, and use keys with the values that made them")]
+    #[error(
+        "{kind} key {number} is not in these values; insert the variable first, and use keys with the values that made them"
+    )]
     ForeignKey {
         /// Kind of the variable.
         kind: &'static str,
@@ -29,7 +30,9 @@ pub enum GraphError {
         variable: VariableName,
     },
     /// A residual is NaN or infinite at the initial values.
-    #[error("the residual of {factor} is not finite at the initial values; check its measurement and the values it reads")]
+    #[error(
+        "the residual of {factor} is not finite at the initial values; check its measurement and the values it reads"
+    )]
     ResidualNotFinite {
         /// The first such factor.
         factor: FactorName,
@@ -62,7 +65,9 @@ pub enum GraphError {
         variable: VariableName,
     },
     /// The normal equations could not be factorised though every direction is constrained.
-    #[error("the normal equations lost positive definiteness to rounding; rescale the noises, or use Levenberg–Marquardt")]
+    #[error(
+        "the normal equations lost positive definiteness to rounding; rescale the noises, or use Levenberg–Marquardt"
+    )]
     IllConditioned,
     /// Parts of a pose graph are connected by no relative measurement to anything with a known pose.
     #[error("{} pose(s) are connected to the rest by no measurement, the first is {}; add measurements, give them values, or solve the parts apart", variables.len(), variables[0])]
@@ -71,6 +76,8 @@ pub enum GraphError {
         variables: Vec<VariableName>,
     },
     /// Memory for the factorisation could not be had.
-    #[error("not enough memory to factorise the normal equations; the graph is too dense for a direct method")]
+    #[error(
+        "not enough memory to factorise the normal equations; the graph is too dense for a direct method"
+    )]
     OutOfMemory,
 }

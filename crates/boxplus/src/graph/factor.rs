@@ -6,9 +6,9 @@ use core::ops::Range;
 
 use nalgebra::{SMatrix, SVector};
 
+use super::linear::structure::{Normal, SetPlan};
 use super::noise::Noise;
 use super::robust::Kernel;
-use super::structure::{Normal, SetPlan};
 use super::values::{Key, Values, VariableId};
 use super::variable::{JacobianBlock, TangentResidual, Variable};
 use crate::lie::Real;
@@ -20,13 +20,14 @@ use crate::lie::Real;
 ///
 /// ```
 /// use boxplus::graph::{Factor, Graph, Noise, Values};
-/// use boxplus::lie::{Real, Rn, SE2};
+/// use boxplus::lie::{LieGroup, Real, SE2};
 /// use nalgebra::{vector, SVector};
 ///
 /// /// Odometer: the distance driven between two poses, whatever the direction.
 /// struct Distance(f64);
 /// impl Factor<1> for Distance {
 ///     const NAME: &'static str = "distance driven";
+///     const RELATIVE: bool = true;
 ///     type Variables = (SE2, SE2);
 ///     fn residual<S: Real>(&self, (a, b): &(SE2<S>, SE2<S>)) -> SVector<S, 1> {
 ///         vector![(b.translation() - a.translation()).norm() - S::lit(self.0)]
@@ -34,7 +35,7 @@ use crate::lie::Real;
 /// }
 ///
 /// let (mut graph, mut values) = (Graph::new(), Values::new());
-/// let keys = (values.insert(SE2::identity()), values.insert(SE2::new(vector![1.0, 0.0].into(), 0.0)));
+/// let keys = (values.insert(SE2::identity()), values.insert(SE2::new(vector![1.0, 0.0], 0.0)));
 /// graph.add(keys, Distance(2.0), Noise::from_sigmas(&vector![0.1])?);
 /// assert!((graph.cost(&values)? - 50.0).abs() < 1e-12); // ½ (1 m / 0.1 m)²
 /// # Ok::<(), boxplus::graph::GraphError>(())
@@ -42,6 +43,9 @@ use crate::lie::Real;
 pub trait Factor<const R: usize>: Send + Sync + 'static {
     /// What messages call it.
     const NAME: &'static str;
+    /// Whether it measures its variables against each other only, so that moving all of them together, as one rigid
+    /// world, changes nothing. Where all factors of a connected part are such, one of its variables is held.
+    const RELATIVE: bool = false;
     /// The variables it reads, as a tuple of one to four.
     type Variables: Variables;
 
@@ -49,7 +53,10 @@ pub trait Factor<const R: usize>: Send + Sync + 'static {
     fn residual<S: Real>(&self, variables: &<Self::Variables as Variables>::Over<S>) -> SVector<S, R>;
 
     /// The residual and its Jacobian by each variable, on the local (right) side: R×D each, in order.
-    fn residual_jac(&self, variables: &Self::Variables) -> (SVector<f64, R>, <Self::Variables as Variables>::Jacobians<R>) {
+    fn residual_jac(
+        &self,
+        variables: &Self::Variables,
+    ) -> (SVector<f64, R>, <Self::Variables as Variables>::Jacobians<R>) {
         (self.residual::<f64>(&variables.constant()), dual_jacobians(self, variables))
     }
 }
@@ -100,7 +107,10 @@ pub trait Variables: Copy + Send + Sync + 'static {
     /// The tuple with the element at `position` moved by `delta`.
     fn perturb<S: Real>(&self, position: usize, delta: &[S]) -> Self::Over<S>;
     /// Exact Jacobians by dual numbers.
-    fn derivatives<const R: usize, F: Factor<R, Variables = Self> + ?Sized>(factor: &F, at: &Self) -> Self::Jacobians<R>;
+    fn derivatives<const R: usize, F: Factor<R, Variables = Self> + ?Sized>(
+        factor: &F,
+        at: &Self,
+    ) -> Self::Jacobians<R>;
     #[doc(hidden)]
     fn kinds() -> &'static [fn() -> TypeId];
     #[doc(hidden)]
@@ -175,7 +185,10 @@ variables!(A a 0, B b 1, C c 2, D d 3);
 
 /// (U·J)ᵀ for an upper triangular U: D×R, so that all later loops run along contiguous columns.
 #[inline]
-fn whitened_transpose<const R: usize, V: Variable>(jacobian: &V::Jacobian<R>, u: &SMatrix<f64, R, R>) -> V::Jacobian<R> {
+fn whitened_transpose<const R: usize, V: Variable>(
+    jacobian: &V::Jacobian<R>,
+    u: &SMatrix<f64, R, R>,
+) -> V::Jacobian<R> {
     let mut out = V::Jacobian::<R>::zeros();
     let (j, w) = (jacobian.as_slice(), out.as_mut_slice());
     for r in 0..R {
@@ -281,6 +294,7 @@ pub(crate) const fn stride(dims: &[usize]) -> usize {
 /// A [`FactorSet`] whose type is forgotten: one virtual call per chunk of factors.
 pub(crate) trait AnySet: Any + Send + Sync {
     fn name(&self) -> &'static str;
+    fn is_relative(&self) -> bool;
     fn len(&self) -> usize;
     fn dims(&self) -> &'static [usize];
     /// The variables of a factor.
@@ -301,6 +315,9 @@ pub(crate) trait AnySet: Any + Send + Sync {
 impl<F: Factor<R>, const R: usize> AnySet for FactorSet<F, R> {
     fn name(&self) -> &'static str {
         F::NAME
+    }
+    fn is_relative(&self) -> bool {
+        F::RELATIVE
     }
     fn len(&self) -> usize {
         self.factors.len()

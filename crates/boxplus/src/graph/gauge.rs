@@ -3,7 +3,7 @@
 use super::factor::AnySet;
 use super::values::{Offsets, State, Values, VariableId};
 
-/// Holds one variable in every connected part that has neither a held variable nor a factor of a single variable.
+/// Holds one variable in every connected part that has no held variable and whose factors are all relative.
 ///
 /// The one held is the first of the largest kind (a pose rather than a landmark). Returns what was held.
 pub(crate) fn fix(sets: &[Box<dyn AnySet>], values: &mut Values) -> Vec<VariableId> {
@@ -15,7 +15,12 @@ pub(crate) fn fix(sets: &[Box<dyn AnySet>], values: &mut Values) -> Vec<Variable
             *best = Some(id);
         }
     }
-    let held: Vec<_> = best.iter().enumerate().filter(|&(root, _)| !parts.anchored[root]).filter_map(|(_, &id)| id).collect();
+    let held: Vec<_> = best
+        .iter()
+        .enumerate()
+        .filter(|&(root, _)| !parts.anchored[root])
+        .filter_map(|(_, &id)| id)
+        .collect();
     held.iter().for_each(|&id| values.set_held(id, true));
     held
 }
@@ -37,16 +42,20 @@ impl Parts {
         let mut index = Offsets::none(values);
         ids.iter().enumerate().for_each(|(i, &id)| index.set(id, i));
         let count = ids.len();
-        let mut parts =
-            Self { ids, parent: (0..count).collect(), anchored: vec![false; count], read: vec![false; count] };
+        let mut parts = Self {
+            ids,
+            parent: (0..count).collect(),
+            anchored: vec![false; count],
+            read: vec![false; count],
+        };
         let mut ties = vec![];
         for set in sets {
             for factor in 0..set.len() {
                 let members: Vec<usize> = set.ids(factor).iter().filter_map(|&id| index.get(id)).collect();
                 members.iter().for_each(|&i| parts.read[i] = true);
                 members.windows(2).for_each(|pair| parts.join(pair[0], pair[1]));
-                if let [alone] = members[..] {
-                    ties.push(alone);
+                if !set.is_relative() {
+                    ties.extend(members.first());
                 }
             }
         }

@@ -3,13 +3,14 @@
 use nalgebra::DMatrix;
 
 use super::GraphError;
-use super::cholesky::Cholesky;
 use super::diagnose::{scale, weakest};
-use super::evaluate::Evaluator;
 use super::factor::AnySet;
 use super::gauge;
-use super::structure::Structure;
-use super::values::{Values, VariableId, VariableName};
+use super::linear::cholesky::Cholesky;
+use super::linear::evaluate::Evaluator;
+use super::linear::structure::Structure;
+use super::names::VariableName;
+use super::values::{Values, VariableId};
 
 /// Right-hand sides solved at once.
 const COLUMNS: usize = 16;

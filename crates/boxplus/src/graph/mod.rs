@@ -5,7 +5,7 @@
 //! Steps are local, X ⊞ δ = X·Exp(δ). [`Graph::marginals`] says how sure the result is.
 //!
 //! ```
-//! use boxplus::graph::{Between, Graph, Noise, Prior, SolveOptions, Values};
+//! use boxplus::graph::{Between, Graph, Initial, Noise, Prior, SolveOptions, Values};
 //! use boxplus::lie::{LieGroup, SE2};
 //! use nalgebra::vector;
 //!
@@ -18,53 +18,50 @@
 //! }
 //! graph.add((corners[0],), Prior { mean: SE2::identity() }, Noise::unit());
 //!
-//! let solution = graph.optimize(&values, &SolveOptions::default())?;
+//! let start = graph.initialise(&values, Initial::Auto)?.values; // never start from nothing
+//! let solution = graph.optimize(&start, &SolveOptions::default())?;
 //! assert!(solution.report.converged() && solution.report.cost < 1e-20);
 //! let opposite = solution.values.get(corners[2]).unwrap().translation();
 //! assert!((opposite - vector![1.0, 1.0]).norm() < 1e-9);
 //! # Ok::<(), boxplus::graph::GraphError>(())
 //! ```
 
-mod cholesky;
-mod clock;
 mod diagnose;
 mod error;
-mod evaluate;
 mod factor;
-mod factor_name;
 mod factors;
 mod gauge;
+mod initialise;
+mod linear;
 mod marginals;
+mod names;
 mod noise;
-mod report;
 mod robust;
 mod solve;
-mod step;
-mod structure;
 mod values;
 mod variable;
 
 pub use diagnose::{FreeCoordinate, Unconstrained};
 pub use error::GraphError;
 pub use factor::{Factor, FactorId, MAX_ARITY, Variables, dual_jacobians};
-pub use factor_name::FactorName;
-pub(crate) use factors::isotropic_weights;
+
 pub use factors::{
     Bearing2, Bearing3, Between, Chart, Chordal, Difference, G2o, Log, Prior, Range, Sighting2, Sighting3,
     isotropic_information,
 };
+pub use initialise::{Initial, Initialisation};
 pub use marginals::Marginals;
+pub use names::{FactorName, VariableName};
 pub use noise::Noise;
-pub use report::{Iteration, Seconds, SolveReport, Termination};
 pub use robust::{Kernel, KernelError};
-pub use solve::{Algorithm, Solution, SolveOptions};
-pub use values::{Key, Values, VariableId, VariableName};
+pub use solve::{Algorithm, Iteration, Seconds, Solution, SolveOptions, SolveReport, Termination};
+pub use values::{Key, Values, VariableId};
 pub use variable::{GroupVariable, JacobianBlock, Located, TangentResidual, Variable, derivative};
 
 use core::ops::ControlFlow;
 
-use evaluate::Evaluator;
 use factor::{AnySet, FactorSet};
+use linear::evaluate::Evaluator;
 use values::State;
 
 /// The factors: what was measured, with which noise.
@@ -208,8 +205,11 @@ impl Graph {
             }
         }
         let faulty = gauge::faulty(&self.sets, values);
-        let missing: Vec<_> =
-            faulty.iter().filter(|(_, state)| *state == State::Declared).map(|&(id, _)| values.name(id)).collect();
+        let missing: Vec<_> = faulty
+            .iter()
+            .filter(|(_, state)| *state == State::Declared)
+            .map(|&(id, _)| values.name(id))
+            .collect();
         if !missing.is_empty() {
             return Err(GraphError::MissingValues { variables: missing });
         }

@@ -4,7 +4,8 @@ use nalgebra::{Cholesky, SMatrix, SVector};
 
 use super::GraphError;
 
-/// Gaussian noise of an R-dimensional residual, kept as U with Ω = UᵀU, so that the whitened residual is U·r.
+/// Gaussian noise of an R-dimensional residual, kept as the upper triangular U with Ω = UᵀU, so that the
+/// whitened residual is U·r.
 ///
 /// ```
 /// use boxplus::graph::Noise;
@@ -48,7 +49,9 @@ impl<const R: usize> Noise<R> {
         }
         match Cholesky::new(*information) {
             Some(factor) => Ok(Self { sqrt_information: factor.l().transpose() }),
-            None => Err(GraphError::NotPositiveDefinite { smallest_eigenvalue: smallest_eigenvalue(information) }),
+            None => {
+                Err(GraphError::NotPositiveDefinite { smallest_eigenvalue: smallest_eigenvalue(information) })
+            }
         }
     }
 
@@ -57,15 +60,13 @@ impl<const R: usize> Noise<R> {
     /// # Errors
     /// As [`Self::from_information`].
     pub fn from_covariance(covariance: &SMatrix<f64, R, R>) -> Result<Self, GraphError> {
-        let sqrt = Self::from_information(covariance)?.sqrt_information; // Σ = LLᵀ, U = L⁻¹
-        let identity = SMatrix::<f64, R, R>::identity();
-        let inverse = sqrt.transpose().solve_lower_triangular(&identity);
-        inverse
-            .map(|sqrt_information| Self { sqrt_information })
-            .ok_or(GraphError::NotPositiveDefinite { smallest_eigenvalue: 0.0 })
+        Self::from_information(covariance)?; // says what is wrong with it
+        let inverse = Cholesky::new(*covariance).map(|factor| factor.inverse());
+        let inverse = inverse.ok_or(GraphError::NotPositiveDefinite { smallest_eigenvalue: 0.0 })?;
+        Self::from_information(&((inverse + inverse.transpose()) * 0.5))
     }
 
-    /// U, with Ω = UᵀU.
+    /// U, upper triangular, with Ω = UᵀU.
     pub fn sqrt_information(&self) -> &SMatrix<f64, R, R> {
         &self.sqrt_information
     }

@@ -47,8 +47,18 @@ pub enum Kernel {
 
 impl Kernel {
     /// The names that [`FromStr`] knows.
-    pub const NAMES: [&'static str; 10] =
-        ["none", "huber", "pseudo-huber", "cauchy", "geman-mcclure", "welsch", "tukey", "fair", "dcs", "barron"];
+    pub const NAMES: [&'static str; 10] = [
+        "none",
+        "huber",
+        "pseudo-huber",
+        "cauchy",
+        "geman-mcclure",
+        "welsch",
+        "tukey",
+        "fair",
+        "dcs",
+        "barron",
+    ];
 
     /// ρ(s) of the squared whitened residual.
     pub fn rho(&self, s: f64) -> f64 {
@@ -122,7 +132,9 @@ fn barron(s: f64, alpha: f64, scale: f64) -> (f64, f64) {
 
 /// A kernel's text was not understood.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("`{text}` is no robust kernel; write NAME or NAME:SCALE (barron:SHAPE:SCALE) with a positive scale, NAME one of none, huber, pseudo-huber, cauchy, geman-mcclure, welsch, tukey, fair, dcs, barron")]
+#[error(
+    "`{text}` is no robust kernel; write NAME or NAME:SCALE (barron:SHAPE:SCALE) with a positive scale, NAME one of none, huber, pseudo-huber, cauchy, geman-mcclure, welsch, tukey, fair, dcs, barron"
+)]
 pub struct KernelError {
     /// What was written.
     pub text: String,

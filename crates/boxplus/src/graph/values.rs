@@ -5,6 +5,7 @@ use core::fmt;
 use core::marker::PhantomData;
 
 use super::GraphError;
+use super::names::VariableName;
 use super::variable::Variable;
 
 /// Names one variable of type `V` in the [`Values`] that made it.
@@ -51,25 +52,10 @@ impl<V: Variable> From<Key<V>> for VariableId {
     }
 }
 
-/// How messages call a variable: its kind and its label (the id of its file, else its number).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct VariableName {
-    /// Kind, e.g. `"SE2"`.
-    pub kind: &'static str,
-    /// Id in its file, or the number of its key.
-    pub label: u64,
-}
-
-impl fmt::Display for VariableName {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} {}", self.kind, self.label)
-    }
-}
-
 /// The estimate: every variable's value, and which of them are held.
 ///
 /// ```
-/// use boxplus::{graph::Values, lie::SE2};
+/// use boxplus::{graph::Values, lie::{LieGroup, SE2}};
 /// let mut values = Values::new();
 /// let start = values.insert(SE2::identity());
 /// values.hold(start); // exactly fixed: it leaves the problem, no prior stands in for it
@@ -184,7 +170,7 @@ impl Values {
 
     /// Dimension of a variable's tangent; 0 for a foreign one.
     pub(crate) fn dim(&self, id: VariableId) -> usize {
-        self.any_store(id.kind).map_or(0, |store| store.dim())
+        self.any_store(id.kind).map_or(0, AnyStore::dim)
     }
 
     /// Names of the coordinates of a variable's tangent.
@@ -194,7 +180,9 @@ impl Values {
 
     /// Whether the variable exists and has a finite value.
     pub(crate) fn state(&self, id: VariableId) -> Option<State> {
-        self.any_store(id.kind).filter(|store| (id.slot as usize) < store.len()).map(|store| store.state(id.slot))
+        self.any_store(id.kind)
+            .filter(|store| (id.slot as usize) < store.len())
+            .map(|store| store.state(id.slot))
     }
 
     pub(crate) fn set_held(&mut self, id: VariableId, held: bool) {

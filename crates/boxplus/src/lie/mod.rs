@@ -6,6 +6,7 @@
 
 mod action;
 mod error;
+pub mod laws;
 mod left;
 mod manifold;
 mod real;

@@ -117,6 +117,13 @@ impl<S: Real> LieGroup<3> for SE2<S> {
         let rotation = self.rotation.inverse();
         Self::from_parts(-rotation.act(&self.translation), rotation)
     }
+    /// Subtracts the translations first: the error is relative to their difference, however far from the origin.
+    #[inline]
+    fn between(&self, other: &Self) -> Self {
+        let inverse = self.rotation.inverse();
+        let step = inverse.act(&(other.translation - self.translation));
+        Self::from_parts(step, inverse.compose(&other.rotation))
+    }
     #[inline]
     fn exp(tau: &Vector3<S>) -> Self {
         let (rho, theta, c) = split(tau);

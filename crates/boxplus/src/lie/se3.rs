@@ -153,6 +153,13 @@ impl<S: Real> LieGroup<6> for SE3<S> {
         let rotation = self.rotation.inverse();
         Self::new(rotation, -rotation.act(&self.translation))
     }
+    /// Subtracts the translations first: the error is relative to their difference, however far from the origin.
+    #[inline]
+    fn between(&self, other: &Self) -> Self {
+        let inverse = self.rotation.inverse();
+        let step = inverse.act(&(other.translation - self.translation));
+        Self::new(inverse.compose(&other.rotation), step)
+    }
     #[inline]
     fn exp(tau: &Vector6<S>) -> Self {
         let (rho, phi) = split(tau);

@@ -13,8 +13,8 @@
 //!
 //! Here the series serves all of θ² < 10, hence every rotation a principal logarithm returns (θ ≤ π): c₅ and c₆ by
 //! Horner's rule, then downward by c_k = 1/k! − x·c_{k+2}, which only ever subtracts a smaller term. Above, the
-//! recurrence runs upward from c₁ and c₂, harmless for large x. One switch, no tuned constants; relative error below 2ε
-//! for c₂ … c₆ on (0, π) and 3ε on (π, 2π), in `f32` and in `f64` (`docs/accuracy.md`).
+//! recurrence runs upward from c₁ and c₂, harmless for large x. One switch, no tuned constants. Relative error for θ ≤ π:
+//! 2ε for c₂, 1ε for c₃ … c₆, 3ε for d, 2.5ε for β₁, 4ε for β₂, 32ε for e, in `f32` and in `f64` (`docs/accuracy.md`).
 //!
 //! ```
 //! use boxplus::lie::Stumpff;
@@ -60,7 +60,7 @@ impl<S: Real> Stumpff<S> {
 
     #[inline]
     fn series(x: S) -> Self {
-        let (c5, c6) = (series(5, x) * S::lit(1.0 / 120.0), series(6, x) * S::lit(1.0 / 720.0));
+        let (c5, c6) = (series(&C5, x), series(&C6, x));
         let c4 = S::lit(1.0 / 24.0) - x * c6;
         let c3 = S::lit(1.0 / 6.0) - x * c5;
         let c2 = S::lit(0.5) - x * c4;
@@ -118,13 +118,31 @@ impl<S: Real> Stumpff<S> {
     }
 }
 
-/// k!·c_k(x) by Horner's rule: a ← 1 − x·a/((2j + k − 1)(2j + k)) for j = `SERIES_TERMS` … 1.
+/// Σⱼ aⱼ(−x)ʲ up to j = `SERIES_TERMS`: even and odd powers by Horner's rule in x², side by side.
 #[inline(always)]
-fn series<S: Real>(k: usize, x: S) -> S {
-    let mut a = S::one();
-    for j in (1..=S::SERIES_TERMS).rev() {
-        let n = (2 * j + k) as f64;
-        a = S::one() - a * (x * S::lit(1.0 / (n * (n - 1.0))));
+fn series<S: Real>(a: &[f64; MAX_TERMS + 1], x: S) -> S {
+    let (n, y) = (S::SERIES_TERMS, x * x);
+    let (mut even, mut odd) = (S::lit(a[n]), S::lit(a[n - 1]));
+    for j in (1..n / 2).rev() {
+        even = S::lit(a[2 * j]) + y * even;
+        odd = S::lit(a[2 * j - 1]) + y * odd;
+    }
+    S::lit(a[0]) + (y * even - x * odd)
+}
+
+const MAX_TERMS: usize = 12;
+const C5: [f64; MAX_TERMS + 1] = inverse_factorials(5);
+const C6: [f64; MAX_TERMS + 1] = inverse_factorials(6);
+
+/// aⱼ = 1/(k + 2j)!, each rounded once.
+const fn inverse_factorials(k: usize) -> [f64; MAX_TERMS + 1] {
+    let (mut a, mut factorial, mut n) = ([0.0; MAX_TERMS + 1], 1.0, 1);
+    while n <= k + 2 * MAX_TERMS {
+        factorial *= n as f64;
+        if n >= k && (n - k).is_multiple_of(2) {
+            a[(n - k) / 2] = 1.0 / factorial;
+        }
+        n += 1;
     }
     a
 }

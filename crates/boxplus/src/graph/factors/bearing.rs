@@ -26,6 +26,7 @@ impl Bearing2 {
 
 impl Factor<1> for Bearing2 {
     const NAME: &'static str = "bearing";
+    const RELATIVE: bool = true;
     type Variables = (SE2, Rn<2>);
 
     fn residual<S: Real>(&self, (x, p): &(SE2<S>, Rn<2, S>)) -> Vector1<S> {
@@ -39,7 +40,8 @@ impl Factor<1> for Bearing2 {
         let (x, p) = variables;
         let (seen, d_seen_d_x, d_seen_d_p) = x.act_inverse_jac(&p.vector());
         let square = seen.norm_squared();
-        let d_r_d_seen = if square > 0.0 { Matrix1x2::new(-seen.y, seen.x) / square } else { Matrix1x2::zeros() };
+        let d_r_d_seen =
+            if square > 0.0 { Matrix1x2::new(-seen.y, seen.x) / square } else { Matrix1x2::zeros() };
         (self.residual::<f64>(variables), (d_r_d_seen * d_seen_d_x, d_r_d_seen * d_seen_d_p))
     }
 }
@@ -72,6 +74,7 @@ impl Bearing3 {
 
 impl Factor<2> for Bearing3 {
     const NAME: &'static str = "bearing";
+    const RELATIVE: bool = true;
     type Variables = (SE3, Rn<3>);
 
     fn residual<S: Real>(&self, (x, p): &(SE3<S>, Rn<3, S>)) -> Vector2<S> {

@@ -36,9 +36,13 @@ impl<G, C: Default> Between<G, C> {
 
 impl<G: GroupVariable<D>, C: Chart<G, D>, const D: usize> Factor<D> for Between<G, C> {
     const NAME: &'static str = "displacement";
+    const RELATIVE: bool = true;
     type Variables = (G, G);
 
-    fn residual<S: Real>(&self, (x1, x2): &(<G as Variable>::Over<S>, <G as Variable>::Over<S>)) -> SVector<S, D> {
+    fn residual<S: Real>(
+        &self,
+        (x1, x2): &(<G as Variable>::Over<S>, <G as Variable>::Over<S>),
+    ) -> SVector<S, D> {
         let predicted = G::group::<S>(x1).between(&G::group::<S>(x2));
         C::error::<S>(&LieGroup::map(&self.measured, S::lit), &predicted)
     }

@@ -14,7 +14,9 @@ use nalgebra::{Matrix2, Matrix3, Matrix6, SMatrix, SVector, Vector3, Vector6};
 use crate::lie::{LieGroup, Real, SE2, SE3, SO3};
 
 /// How a measured and a predicted displacement become a residual.
-pub trait Chart<G: LieGroup<D, Scalar = f64>, const D: usize>: Copy + Default + Send + Sync + 'static {
+pub trait Chart<G: LieGroup<D, Scalar = f64>, const D: usize>:
+    Copy + Default + Send + Sync + 'static
+{
     /// e(Z, Δ).
     fn error<S: Real>(measured: &G::Over<S>, predicted: &G::Over<S>) -> SVector<S, D>;
     /// `(e, d_e_d_predicted)`, the latter on the local side of Δ.
@@ -116,7 +118,8 @@ impl Chart<SE2, 3> for Chordal {
         error
     }
     fn error_jac(measured: &SE2, predicted: &SE2) -> (Vector3<f64>, Matrix3<f64>) {
-        let (mut error, mut jacobian): (Vector3<f64>, Matrix3<f64>) = Difference::error_jac(measured, predicted);
+        let (mut error, mut jacobian): (Vector3<f64>, Matrix3<f64>) =
+            Difference::error_jac(measured, predicted);
         let (sin, cos) = (0.5 * error.z).sin_cos();
         error.z = 2.0 * sin;
         jacobian[(2, 2)] = cos;

@@ -29,6 +29,7 @@ impl<A, B, const N: usize> Range<A, B, N> {
 
 impl<A: Located<N>, B: Located<N>, const N: usize> Factor<1> for Range<A, B, N> {
     const NAME: &'static str = "range";
+    const RELATIVE: bool = true;
     type Variables = (A, B);
 
     fn residual<S: Real>(&self, (a, b): &(A::Over<S>, B::Over<S>)) -> SVector<S, 1> {

@@ -18,6 +18,7 @@ pub struct Sighting2 {
 
 impl Factor<2> for Sighting2 {
     const NAME: &'static str = "sighting";
+    const RELATIVE: bool = true;
     type Variables = (SE2, Rn<2>);
 
     fn residual<S: Real>(&self, (x, p): &(SE2<S>, Rn<2, S>)) -> Vector2<S> {
@@ -52,6 +53,7 @@ impl Sighting3 {
 
 impl Factor<3> for Sighting3 {
     const NAME: &'static str = "sighting";
+    const RELATIVE: bool = true;
     type Variables = (SE3, Rn<3>);
 
     fn residual<S: Real>(&self, (x, p): &(SE3<S>, Rn<3, S>)) -> Vector3<S> {
@@ -59,7 +61,10 @@ impl Factor<3> for Sighting3 {
         sensor_from_pose.act(&x.act_inverse(&p.vector())) - self.measured.map(S::lit)
     }
 
-    fn residual_jac(&self, (x, p): &(SE3, Rn<3>)) -> (SVector<f64, 3>, (SMatrix<f64, 3, 6>, SMatrix<f64, 3, 3>)) {
+    fn residual_jac(
+        &self,
+        (x, p): &(SE3, Rn<3>),
+    ) -> (SVector<f64, 3>, (SMatrix<f64, 3, 6>, SMatrix<f64, 3, 3>)) {
         let sensor_from_pose = self.pose_from_sensor.inverse();
         let (seen, d_seen_d_x, d_seen_d_p) = x.act_inverse_jac(&p.vector());
         let r = sensor_from_pose.rotation().to_matrix();

@@ -61,7 +61,11 @@ fn displacements_and_priors_have_exact_jacobians_in_every_chart() {
         check("prior", &Prior { mean: SE2::exp(&vector![0.3, 0.2, 0.1]) }, &(*x1,));
         check("so2", &Between::new(SO2::from_angle(0.2)), &(x1.rotation(), SO2::from_angle(0.5)));
     }
-    check("rn", &Between::new(Rn::new(vector![1.0, 2.0])), &(Rn::new(vector![0.0, 1.0]), Rn::new(vector![3.0, 1.0])));
+    check(
+        "rn",
+        &Between::new(Rn::new(vector![1.0, 2.0])),
+        &(Rn::new(vector![0.0, 1.0]), Rn::new(vector![3.0, 1.0])),
+    );
 }
 
 #[test]
@@ -69,7 +73,11 @@ fn ranges_bearings_and_sightings_have_exact_jacobians() {
     let point3 = Rn::new(vector![3.0, -1.0, 2.5]);
     for x in &poses3() {
         check("range", &Range::new(1.3), &(*x, point3));
-        check("range of poses", &Range::new(1.3), &(*x, SE3::exp(&Vector6::new(4.0, 1.0, 0.0, 0.5, 0.2, 0.1))));
+        check(
+            "range of poses",
+            &Range::new(1.3),
+            &(*x, SE3::exp(&Vector6::new(4.0, 1.0, 0.0, 0.5, 0.2, 0.1))),
+        );
         check("bearing", &Bearing3::new(&Unit::new_normalize(Vector3::new(0.2, 1.0, -0.4))), &(*x, point3));
         let sensor = SE3::exp(&Vector6::new(0.1, 0.2, 0.3, 0.5, -0.4, 0.3));
         let sighting = Sighting3 { measured: Vector3::new(1.0, 2.0, 3.0), pose_from_sensor: sensor };
@@ -98,7 +106,10 @@ fn charts_do_not_see_the_sign_of_a_quaternion() {
     let z = SE3::exp(&Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 3.0));
     let d = SE3::exp(&Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 3.2)); // w < 0 on the way
     let (e, _) = <G2o as Chart<SE3, 6>>::error_jac(&z, &d);
-    assert!((e[5] - 0.1f64.sin()).abs() < 1e-15 && JacobianBlock::as_slice(&e)[..5].iter().all(|x| x.abs() < 1e-15));
+    assert!(
+        (e[5] - 0.1f64.sin()).abs() < 1e-15
+            && JacobianBlock::as_slice(&e)[..5].iter().all(|x| x.abs() < 1e-15)
+    );
 }
 
 #[test]

@@ -5,9 +5,9 @@
 
 use core::ops::Range;
 
-use super::factor::{AnySet, stride};
 use super::structure::{Normal, Structure};
-use super::values::Values;
+use crate::graph::factor::{AnySet, stride};
+use crate::graph::values::Values;
 
 /// Factors a chunk. Their parts of the normal equations (about 1 kB each for SE(3)) stay in a core's cache.
 const CHUNK: usize = 64;

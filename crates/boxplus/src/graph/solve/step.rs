@@ -1,10 +1,10 @@
 //! Steps of the trust-region methods, and how far the linear model is trusted.
 
 use super::clock::Clock;
-use super::cholesky::Cholesky;
 use super::report::Seconds;
-use super::solve::{Algorithm, SolveOptions};
-use super::structure::{Normal, Structure};
+use super::{Algorithm, SolveOptions};
+use crate::graph::linear::cholesky::Cholesky;
+use crate::graph::linear::structure::{Normal, Structure};
 
 /// The linear model at the current estimate, and the means to solve it.
 pub(crate) struct System<'a> {
@@ -40,7 +40,7 @@ pub(crate) struct Region {
     diagonal: Vec<f64>,
     /// H + λD.
     damped: Vec<f64>,
-    /// λ of the matrix last factorised.
+    /// λ of the matrix last factorised, NaN before the first.
     factored: f64,
     /// For dogleg: the Gauss–Newton step and the Cauchy step of this linearisation.
     steps: Option<(Vec<f64>, Vec<f64>)>,
@@ -49,9 +49,14 @@ pub(crate) struct Region {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Trust {
     /// λ, and ν by which a rejection multiplies it.
-    Damping { lambda: f64, nu: f64 },
+    Damping {
+        lambda: f64,
+        nu: f64,
+    },
     /// Consecutive steps that raised the cost.
-    Full { climbs: u32 },
+    Full {
+        climbs: u32,
+    },
     Radius(f64),
 }
 
@@ -77,7 +82,7 @@ impl Region {
             trust,
             diagonal: vec![0.0; normal.gradient.len()],
             damped: vec![0.0; normal.matrix.len()],
-            factored: 0.0,
+            factored: f64::NAN,
             steps: None,
         }
     }
@@ -185,7 +190,8 @@ impl Region {
             Trust::Damping { lambda, nu } => {
                 if accepted {
                     // Nielsen: a smooth fall with the gain. Near a quadratic minimum (gain → 1) λ falls tenfold.
-                    *lambda = (*lambda * (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(0.1, 2.0)).max(SMALLEST_DAMPING);
+                    *lambda =
+                        (*lambda * (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(0.1, 2.0)).max(SMALLEST_DAMPING);
                     *nu = 2.0;
                 } else {
                     *lambda *= *nu;
@@ -198,7 +204,8 @@ impl Region {
                 cost.is_finite() && *climbs < CLIMBS
             }
             Trust::Radius(radius) => {
-                let length = step.delta.iter().zip(&self.diagonal).map(|(x, d)| x * x * d).sum::<f64>().sqrt();
+                let length =
+                    step.delta.iter().zip(&self.diagonal).map(|(x, d)| x * x * d).sum::<f64>().sqrt();
                 if gain > 0.75 {
                     *radius = radius.max(3.0 * length);
                 } else if gain < 0.25 || !cost.is_finite() {
@@ -211,6 +218,10 @@ impl Region {
 
     /// Whether the last factor was (nearly) singular but for its damping: two inverse iterations in the metric of D.
     pub(crate) fn hints_at_singularity(&self, cholesky: &mut Cholesky) -> bool {
+        // Nothing was factorised, or with much damping: nothing is known.
+        if self.factored.is_nan() || self.factored > 1e-6 {
+            return true;
+        }
         // A fixed rough vector: no eigenvector of a real problem is orthogonal to it twice.
         let mut x: Vec<f64> = (0..self.diagonal.len()).map(|i| (1.0 + i as f64 * 0.754_877).sin()).collect();
         let mut smallest = f64::INFINITY;
@@ -222,13 +233,14 @@ impl Region {
             smallest = dot(&x, &x).sqrt().recip();
         }
         // smallest ≈ the least eigenvalue of D^-½HD^-½, plus λ.
-        smallest < 1e-10 + 3.0 * self.factored && self.factored < 1e-3
+        smallest < 1e-10 + 3.0 * self.factored
     }
 }
 
 /// The point of Powell's path 0 → Cauchy → Gauss–Newton at ‖√D·δ‖ = radius, or its end.
 fn dogleg(newton: &[f64], cauchy: &[f64], diagonal: &[f64], radius: f64) -> Vec<f64> {
-    let inner = |a: &[f64], b: &[f64]| a.iter().zip(b).zip(diagonal).map(|((a, b), d)| a * b * d).sum::<f64>();
+    let inner =
+        |a: &[f64], b: &[f64]| a.iter().zip(b).zip(diagonal).map(|((a, b), d)| a * b * d).sum::<f64>();
     if inner(newton, newton) <= radius * radius {
         return newton.to_vec();
     }

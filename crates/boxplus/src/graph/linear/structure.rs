@@ -5,8 +5,8 @@
 //! minimum degree on the graph of variables, not of scalars), so that the factorisation permutes nothing.
 
 use super::cholesky::minimum_degree;
-use super::factor::AnySet;
-use super::values::{Offsets, Values, VariableId};
+use crate::graph::factor::AnySet;
+use crate::graph::values::{Offsets, Values, VariableId};
 
 /// The matrix JᵀJ (lower triangle, compressed columns of [`Structure::pattern`]) and the vector Jᵀr.
 #[derive(Clone, Debug)]
@@ -135,8 +135,14 @@ impl Structure {
                 pattern.starts.push(pattern.rows.len());
             }
         }
-        let layout =
-            Layout { pairs, above: &above, columns: &columns, starts: &starts, pattern: &pattern, position: &position };
+        let layout = Layout {
+            pairs,
+            above: &above,
+            columns: &columns,
+            starts: &starts,
+            pattern: &pattern,
+            position: &position,
+        };
         let plans = sets.iter().map(|set| layout.plan(set.as_ref())).collect();
         Self { variables, starts, offsets, pattern, diagonal, unread, plans }
     }
@@ -163,7 +169,8 @@ fn pairs_of_variables(sets: &[Box<dyn AnySet>], index: &Offsets) -> Vec<(u32, u3
     let mut pairs = vec![];
     for set in sets {
         for factor in 0..set.len() {
-            let free: Vec<u32> = set.ids(factor).iter().filter_map(|&id| index.get(id)).map(|i| i as u32).collect();
+            let free: Vec<u32> =
+                set.ids(factor).iter().filter_map(|&id| index.get(id)).map(|i| i as u32).collect();
             for (q, &b) in free.iter().enumerate() {
                 pairs.extend(free[..=q].iter().map(|&a| (a.min(b), a.max(b))));
             }
@@ -188,10 +195,13 @@ impl Layout<'_> {
     fn plan(&self, set: &dyn AnySet) -> SetPlan {
         let mut plan = SetPlan { gradients: vec![], blocks: vec![] };
         for factor in 0..set.len() {
-            let positions: Vec<Option<usize>> = set.ids(factor).iter().map(|&id| self.position.get(id)).collect();
-            plan.gradients.extend(positions.iter().map(|p| p.map_or(Offsets::NONE, |p| self.starts[p] as u32)));
+            let positions: Vec<Option<usize>> =
+                set.ids(factor).iter().map(|&id| self.position.get(id)).collect();
+            plan.gradients
+                .extend(positions.iter().map(|p| p.map_or(Offsets::NONE, |p| self.starts[p] as u32)));
             for (q, &b) in positions.iter().enumerate() {
-                plan.blocks.extend(positions[..=q].iter().enumerate().map(|(p, &a)| self.place(a, b, p == q)));
+                plan.blocks
+                    .extend(positions[..=q].iter().enumerate().map(|(p, &a)| self.place(a, b, p == q)));
             }
         }
         plan
@@ -199,7 +209,9 @@ impl Layout<'_> {
 
     /// The place of the block with the rows of `b` and the columns of `a`.
     fn place(&self, a: Option<usize>, b: Option<usize>, same: bool) -> Place {
-        let (Some(a), Some(b)) = (a, b) else { return Place { base: 0, stride: 0, kind: PlaceKind::Nowhere } };
+        let (Some(a), Some(b)) = (a, b) else {
+            return Place { base: 0, stride: 0, kind: PlaceKind::Nowhere };
+        };
         let kind = match (a == b, same) {
             (true, true) => PlaceKind::Diagonal,
             (true, false) => PlaceKind::Twice,

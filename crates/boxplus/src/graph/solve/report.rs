@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::values::VariableName;
+use crate::graph::VariableName;
 
 /// Why the optimiser stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,18 +4,22 @@
 //! (weighted by ρ′). They differ in how far they trust the model. H is kept undamped, so that a rejected step costs no
 //! linearisation, and everything that depends on the structure alone is computed once.
 
+mod clock;
+mod report;
+pub(crate) mod step;
+
 use core::ops::ControlFlow;
 
-use super::cholesky::Cholesky;
-use super::clock::Clock;
 use super::diagnose::{Unconstrained, weakest};
-use super::evaluate::Evaluator;
 use super::factor::AnySet;
-use super::report::{Iteration, Seconds, SolveReport, Termination};
-use super::step::{Region, Step, System};
-use super::structure::Structure;
+use super::linear::cholesky::Cholesky;
+use super::linear::evaluate::Evaluator;
+use super::linear::structure::Structure;
 use super::values::Values;
 use super::{GraphError, gauge};
+use clock::Clock;
+pub use report::{Iteration, Seconds, SolveReport, Termination};
+use step::{Region, Step, System};
 
 /// How the optimiser moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -12,8 +12,8 @@ use faer::sparse::linalg::cholesky::{
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side, Spec};
 
-use super::GraphError;
 use super::structure::Pattern;
+use crate::graph::GraphError;
 
 /// A fill-reducing elimination order of `count` nodes joined by `pairs` (a ≤ b, sorted, each once).
 pub(crate) fn minimum_degree(count: usize, pairs: &[(u32, u32)]) -> Vec<usize> {
@@ -24,7 +24,8 @@ pub(crate) fn minimum_degree(count: usize, pairs: &[(u32, u32)]) -> Vec<usize> {
     let pattern = SymbolicSparseColMatRef::new_checked(count, count, &starts, None, &rows);
     let (mut order, mut inverse) = (vec![0; count], vec![0; count]);
     let mut memory = MemBuffer::new(amd::order_scratch::<usize>(count, rows.len()));
-    let done = amd::order(&mut order, &mut inverse, pattern, amd::Control::default(), MemStack::new(&mut memory));
+    let done =
+        amd::order(&mut order, &mut inverse, pattern, amd::Control::default(), MemStack::new(&mut memory));
     // The only failure is an index overflow; any order is then as good.
     if done.is_err() { (0..count).collect() } else { order }
 }

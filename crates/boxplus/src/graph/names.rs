@@ -1,8 +1,21 @@
-//! How messages call a factor.
+//! How messages call variables and factors.
 
 use core::fmt;
 
-use super::values::VariableName;
+/// How messages call a variable: its kind and its label (the id of its file, else its number).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct VariableName {
+    /// Kind, e.g. `"SE2"`.
+    pub kind: &'static str,
+    /// Id in its file, or the number of its key.
+    pub label: u64,
+}
+
+impl fmt::Display for VariableName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}", self.kind, self.label)
+    }
+}
 
 /// What messages call a factor: its kind and the variables it reads.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,0 +1,85 @@
+//! The relative poses of a graph, whatever their chart.
+
+use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3};
+
+use crate::graph::factor::{AnySet, FactorSet};
+use crate::graph::factors::isotropic_weights;
+use crate::graph::{Between, Chart, Chordal, Difference, G2o, GroupVariable, Log, Prior};
+use crate::lie::{SE2, SE3, SO2, SO3};
+
+/// A measured displacement between two poses of one kind.
+pub(crate) struct Edge<P, const D: usize> {
+    pub(crate) from: u32,
+    pub(crate) to: u32,
+    pub(crate) measured: P,
+    pub(crate) information: SMatrix<f64, D, D>,
+}
+
+/// What SE(2) and SE(3) have in common: a rotation matrix and a position in ℝᴺ.
+pub(crate) trait Pose<const N: usize, const D: usize>: GroupVariable<D> {
+    /// (R, t).
+    fn parts(&self) -> (SMatrix<f64, N, N>, SVector<f64, N>);
+    /// The pose at `t` with the rotation nearest to `m`, or `None` where several are equally near.
+    fn nearest(m: &SMatrix<f64, N, N>, t: &SVector<f64, N>) -> Option<Self>;
+    /// The relative poses of this kind.
+    fn edges(sets: &[Box<dyn AnySet>]) -> Vec<Edge<Self, D>>;
+    /// The rotational weight κ of a full information matrix.
+    fn rotation_weight(information: &SMatrix<f64, D, D>) -> f64 {
+        isotropic_weights(information).map_or(1.0, |(_, kappa)| kappa)
+    }
+}
+
+impl Pose<2, 3> for SE2 {
+    fn parts(&self) -> (Matrix2<f64>, Vector2<f64>) {
+        (self.rotation().to_matrix(), self.translation())
+    }
+    fn nearest(m: &Matrix2<f64>, t: &Vector2<f64>) -> Option<Self> {
+        Some(Self::from_parts(*t, SO2::project(m).ok()?))
+    }
+    fn edges(sets: &[Box<dyn AnySet>]) -> Vec<Edge<Self, 3>> {
+        let mut edges = in_chart::<Self, Log, 3>(sets);
+        edges.extend(in_chart::<Self, G2o, 3>(sets));
+        edges.extend(in_chart::<Self, Difference, 3>(sets));
+        edges.extend(in_chart::<Self, Chordal, 3>(sets));
+        edges
+    }
+}
+
+impl Pose<3, 6> for SE3 {
+    fn parts(&self) -> (Matrix3<f64>, Vector3<f64>) {
+        (self.rotation().to_matrix(), self.translation())
+    }
+    fn nearest(m: &Matrix3<f64>, t: &Vector3<f64>) -> Option<Self> {
+        Some(Self::new(SO3::project(m).ok()?, *t))
+    }
+    fn edges(sets: &[Box<dyn AnySet>]) -> Vec<Edge<Self, 6>> {
+        let mut edges = in_chart::<Self, Log, 6>(sets);
+        edges.extend(in_chart::<Self, G2o, 6>(sets));
+        edges.extend(in_chart::<Self, Difference, 6>(sets));
+        edges.extend(in_chart::<Self, Chordal, 6>(sets));
+        edges
+    }
+}
+
+/// The relative poses of one chart.
+fn in_chart<P: GroupVariable<D>, C: Chart<P, D>, const D: usize>(
+    sets: &[Box<dyn AnySet>],
+) -> Vec<Edge<P, D>> {
+    let sets = sets.iter().filter_map(|set| set.as_any().downcast_ref::<FactorSet<Between<P, C>, D>>());
+    sets.flat_map(|set| {
+        set.factors.iter().zip(&set.slots).zip(&set.noises).map(|((factor, slots), noise)| Edge {
+            from: slots[0],
+            to: slots[1],
+            measured: factor.measured,
+            information: noise.information(),
+        })
+    })
+    .collect()
+}
+
+/// The poses that have a prior, with its mean.
+pub(crate) fn priors<P: GroupVariable<D>, const D: usize>(sets: &[Box<dyn AnySet>]) -> Vec<(u32, P)> {
+    let sets = sets.iter().filter_map(|set| set.as_any().downcast_ref::<FactorSet<Prior<P>, D>>());
+    sets.flat_map(|set| set.slots.iter().zip(&set.factors).map(|(slots, prior)| (slots[0], prior.mean)))
+        .collect()
+}

@@ -1,0 +1,167 @@
+//! Where to start: as given, along a spanning tree, or by the chordal relaxation.
+//!
+//! Pose graphs have local minima. A start that ignores the nonlinearity of rotations lands near the global one far more
+//! often than the poses that odometry leaves in a file. Relative poses ([`Between`] of SE(2) and SE(3), in any chart)
+//! place the poses; sightings then place the landmarks that have no value.
+
+mod chordal;
+mod edges;
+mod spanning_tree;
+
+use core::fmt;
+
+use nalgebra::SVector;
+
+use super::factor::FactorSet;
+use super::{Factor, Graph, GraphError, Sighting2, Sighting3, Values, Variable, Variables, gauge};
+use crate::lie::{Action, Rn, SE2, SE3};
+
+/// How the first estimate is made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Initial {
+    /// Whichever of the others has the lowest cost.
+    #[default]
+    Auto,
+    /// The values as they are.
+    AsGiven,
+    /// Measurements chained along a breadth-first tree from what is held or has a prior, else from the first pose.
+    SpanningTree,
+    /// Rotations by linear least squares over all matrices, projected to SO(n); then positions by linear least squares.
+    /// Martinec & Pajdla (2007); Carlone, Tron, Daniilidis & Dellaert (2015). Any information matrix is weighed in.
+    Chordal,
+}
+
+impl Initial {
+    /// A name for machines: `"spanning_tree"`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::AsGiven => "as_given",
+            Self::SpanningTree => "spanning_tree",
+            Self::Chordal => "chordal",
+        }
+    }
+}
+
+impl fmt::Display for Initial {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Auto => "automatic",
+            Self::AsGiven => "as given",
+            Self::SpanningTree => "spanning tree",
+            Self::Chordal => "chordal",
+        })
+    }
+}
+
+/// A first estimate, and what it was chosen from.
+#[derive(Clone, Debug)]
+pub struct Initialisation {
+    /// The first estimate: every variable has a value.
+    pub values: Values,
+    /// The way it was made.
+    pub chosen: Initial,
+    /// The cost of each candidate that was tried.
+    pub costs: Vec<(Initial, f64)>,
+}
+
+impl Graph {
+    /// Makes a first estimate. Held variables stay where they are; so do variables that no relative pose or sighting
+    /// reaches.
+    ///
+    /// # Errors
+    /// [`GraphError::MissingValues`] where a variable still has none; those of [`Graph::cost`];
+    /// [`GraphError::OutOfMemory`].
+    pub fn initialise(&self, values: &Values, initial: Initial) -> Result<Initialisation, GraphError> {
+        let candidates: &[Initial] = match initial {
+            Initial::Auto => &[Initial::AsGiven, Initial::SpanningTree, Initial::Chordal],
+            _ => &[initial],
+        };
+        let mut best: Option<(Initial, Values, f64)> = None;
+        let mut costs = vec![];
+        let mut tree = None;
+        for &candidate in candidates {
+            let start = match candidate {
+                Initial::SpanningTree => self.tree(values, &mut tree).values.clone(),
+                Initial::Chordal => self.chordal(self.tree(values, &mut tree))?,
+                _ => values.clone(),
+            };
+            let cost = match self.cost(&start) {
+                Ok(cost) => cost,
+                // Files without poses are legal: the other candidates find some.
+                Err(GraphError::MissingValues { .. })
+                    if initial == Initial::Auto && candidate == Initial::AsGiven =>
+                {
+                    continue;
+                }
+                Err(error) => return Err(error),
+            };
+            costs.push((candidate, cost));
+            if best.as_ref().is_none_or(|(_, _, lowest)| cost < *lowest || !lowest.is_finite()) {
+                best = Some((candidate, start, cost));
+            }
+        }
+        match best {
+            Some((chosen, values, _)) => Ok(Initialisation { values, chosen, costs }),
+            None => unreachable!("a candidate is kept or its error returned"),
+        }
+    }
+
+    /// The values along a spanning tree, and from where it grew, made once.
+    fn tree<'a>(&self, values: &Values, tree: &'a mut Option<Tree>) -> &'a Tree {
+        tree.get_or_insert_with(|| {
+            let mut rooted = values.clone();
+            let gauge = gauge::fix(&self.sets, &mut rooted);
+            let known2 = spanning_tree::walk::<SE2, 2, 3>(&self.sets, &mut rooted);
+            let known3 = spanning_tree::walk::<SE3, 3, 6>(&self.sets, &mut rooted);
+            gauge.iter().for_each(|&id| rooted.set_held(id, false));
+            self.place_landmarks(&mut rooted);
+            Tree { values: rooted, known2, known3 }
+        })
+    }
+
+    fn chordal(&self, tree: &Tree) -> Result<Values, GraphError> {
+        let mut values = tree.values.clone();
+        chordal::relax::<SE2, 2, 3>(&self.sets, &tree.known2, &mut values)?;
+        chordal::relax::<SE3, 3, 6>(&self.sets, &tree.known3, &mut values)?;
+        self.place_landmarks(&mut values);
+        Ok(values)
+    }
+
+    /// Places each free landmark where its first sighting says.
+    fn place_landmarks(&self, values: &mut Values) {
+        for set in &self.sets {
+            if let Some(set) = set.as_any().downcast_ref::<FactorSet<Sighting2, 2>>() {
+                place(values, set, |x: &SE2, sighting| x.act(&sighting.measured));
+            }
+            if let Some(set) = set.as_any().downcast_ref::<FactorSet<Sighting3, 3>>() {
+                place(values, set, |x: &SE3, sighting| {
+                    x.act(&sighting.pose_from_sensor.act(&sighting.measured))
+                });
+            }
+        }
+    }
+}
+
+/// The values along a spanning tree, and the poses it grew from, by slot.
+struct Tree {
+    values: Values,
+    known2: Vec<bool>,
+    known3: Vec<bool>,
+}
+
+/// Sets the point of each first sighting.
+fn place<P: Variable, F: Factor<N, Variables = (P, Rn<N>)>, const N: usize>(
+    values: &mut Values,
+    set: &FactorSet<F, N>,
+    seen: impl Fn(&P, &F) -> SVector<f64, N>,
+) {
+    let mut placed = vec![false; values.len::<Rn<N>>()];
+    for (slots, sighting) in set.slots.iter().zip(&set.factors) {
+        let (pose, point) = <(P, Rn<N>)>::keys(slots);
+        let first = !core::mem::replace(&mut placed[slots[1] as usize], true);
+        if let (Some(x), true) = (values.get(pose).copied(), first && !values.is_held(point)) {
+            let _ = values.set(point, Rn::new(seen(&x, sighting))); // the slot exists
+        }
+    }
+}
