@@ -54,6 +54,8 @@ pub use marginals::Marginals;
 pub use names::{FactorName, VariableName};
 pub use noise::Noise;
 pub use robust::{Kernel, KernelError};
+#[cfg(feature = "io")]
+pub(crate) use solve::clock::Clock;
 pub use solve::{Algorithm, Iteration, Seconds, Solution, SolveOptions, SolveReport, Termination};
 pub use values::{Key, Values, VariableId};
 pub use variable::{GroupVariable, JacobianBlock, Located, TangentResidual, Variable, derivative};

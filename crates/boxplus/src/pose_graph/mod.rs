@@ -23,11 +23,15 @@ mod faults;
 mod ids;
 mod information;
 pub mod simulate;
+#[cfg(feature = "solve")]
+pub mod solve;
 mod statistics;
 
 pub use constraint::{Constraint, Kind, Measured, VertexKind};
 pub use faults::{Fault, Severity};
 pub use information::InformationProblem;
+#[cfg(feature = "solve")]
+pub use solve::{ChartKind, Costs, Indefinite, PoseGraphError, SolveSettings, Solved};
 pub use statistics::{Degree, Statistics};
 
 use crate::lie::{SE2, SE3};

@@ -7,7 +7,7 @@
 //! |---|---|---|---|
 //! | [`Log`] | Log(Z⁻¹Δ) | Log(Z⁻¹Δ) | boxplus, GTSAM |
 //! | [`G2o`] | (t, vec q) of Z⁻¹Δ, w ≥ 0 | (t, θ) of Z⁻¹Δ | g2o |
-//! | [`Difference`] | (t_Δ − t_Z, 2·vec(q_Z⁻¹q_Δ)) | (t_Δ − t_Z, θ_Δ − θ_Z) | Ceres' pose-graph example |
+//! | [`Difference`] | (t_Δ − t_Z, 2·vec(q_Z·q_Δ⁻¹)) | (t_Δ − t_Z, θ_Δ − θ_Z) | Ceres' pose-graph example |
 
 use nalgebra::{Matrix2, Matrix3, Matrix6, SMatrix, SVector, Vector3, Vector6};
 
@@ -61,7 +61,7 @@ impl Chart<SE3, 6> for G2o {
         let (v, w) = folded(&error.rotation());
         let mut jacobian = Matrix6::zeros();
         jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&error.rotation().to_matrix());
-        jacobian.fixed_view_mut::<3, 3>(3, 3).copy_from(&(half_quaternion(&v, w)));
+        jacobian.fixed_view_mut::<3, 3>(3, 3).copy_from(&half_quaternion(&v, w));
         (join(&error.translation(), &v), jacobian)
     }
 }
@@ -80,14 +80,16 @@ impl Chart<SE2, 3> for G2o {
 
 impl Chart<SE3, 6> for Difference {
     fn error<S: Real>(measured: &SE3<S>, predicted: &SE3<S>) -> Vector6<S> {
-        let rotation = measured.rotation().between(&predicted.rotation());
+        let rotation = measured.rotation().compose(&predicted.rotation().inverse());
         join(&(predicted.translation() - measured.translation()), &(folded(&rotation).0 * S::lit(2.0)))
     }
     fn error_jac(measured: &SE3, predicted: &SE3) -> (Vector6<f64>, Matrix6<f64>) {
-        let (v, w) = folded(&measured.rotation().between(&predicted.rotation()));
+        let (v, w) = folded(&measured.rotation().compose(&predicted.rotation().inverse()));
+        // Δ·Exp(φ) turns q into Exp(−R_Z·φ)·q.
+        let d_q = half_quaternion(&-v, w) * measured.rotation().to_matrix() * -2.0;
         let mut jacobian = Matrix6::zeros();
         jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&predicted.rotation().to_matrix());
-        jacobian.fixed_view_mut::<3, 3>(3, 3).copy_from(&(half_quaternion(&v, w) * 2.0));
+        jacobian.fixed_view_mut::<3, 3>(3, 3).copy_from(&d_q);
         (join(&(predicted.translation() - measured.translation()), &(v * 2.0)), jacobian)
     }
 }
@@ -157,7 +159,7 @@ fn folded<S: Real>(rotation: &SO3<S>) -> (Vector3<S>, S) {
     (Vector3::new(x, y, z) * sign, w * sign)
 }
 
-/// ∂v/∂φ on the local side: ½(w·I + v^).
+/// ∂v/∂φ on the local side: ½(w·I + v^); on the global side with −v.
 fn half_quaternion(v: &Vector3<f64>, w: f64) -> Matrix3<f64> {
     (Matrix3::from_diagonal_element(w) + v.cross_matrix()) * 0.5
 }

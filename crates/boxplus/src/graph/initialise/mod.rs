@@ -65,6 +65,13 @@ pub struct Initialisation {
     pub costs: Vec<(Initial, f64)>,
 }
 
+impl Initialisation {
+    /// The cost of the first estimate.
+    pub fn cost(&self) -> f64 {
+        self.costs.iter().find(|(initial, _)| *initial == self.chosen).map_or(f64::NAN, |&(_, cost)| cost)
+    }
+}
+
 impl Graph {
     /// Makes a first estimate. Held variables stay where they are; so do variables that no relative pose or sighting
     /// reaches.

@@ -4,7 +4,7 @@
 //! (weighted by ρ′). They differ in how far they trust the model. H is kept undamped, so that a rejected step costs no
 //! linearisation, and everything that depends on the structure alone is computed once.
 
-mod clock;
+pub(crate) mod clock;
 mod report;
 pub(crate) mod step;
 

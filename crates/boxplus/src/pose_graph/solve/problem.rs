@@ -1,0 +1,365 @@
+//! From a pose graph to factors and variables, and back.
+
+use nalgebra::{DMatrix, SMatrix, SymmetricEigen};
+
+use super::{ChartKind, PoseGraphError, SolveSettings};
+use crate::graph::{
+    Bearing2, Between, Chart, Chordal, Difference, Factor, FactorId, G2o, Graph, GroupVariable, Key, Log,
+    Noise, Prior, Sighting2, Sighting3, Values, Variable, VariableId, Variables, isotropic_information,
+};
+use crate::lie::{LieGroup, Rn, SE2, SE3};
+use crate::pose_graph::ids::Ids;
+use crate::pose_graph::{Fault, Line, PoseGraph, Severity, Vertex};
+
+/// What to do with a measurement whose information matrix is not positive definite.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Indefinite {
+    /// Refuse the graph, naming them all.
+    #[default]
+    Refuse,
+    /// Raise the eigenvalues to at least 1e-9 of the largest.
+    Clamp,
+    /// Leave the measurement out.
+    Skip,
+}
+
+/// The smallest eigenvalue that [`Indefinite::Clamp`] leaves, as a share of the largest.
+const CLAMP: f64 = 1e-9;
+
+/// The factor graph of a pose graph.
+pub(super) struct Problem {
+    pub(super) factors: Graph,
+    pub(super) values: Values,
+    keys: Keys,
+    /// The factor of each measurement, in the order of [`PoseGraph::constraints`]; none where it was left out.
+    pub(super) ids: Vec<Option<FactorId>>,
+    /// Measurements whose information was mended or that were left out.
+    pub(super) mended: Vec<Line>,
+}
+
+impl Problem {
+    pub(super) fn new(graph: &PoseGraph, settings: &SolveSettings) -> Result<Self, PoseGraphError> {
+        let mut builder = Builder::new(graph, settings);
+        builder.insert_vertices();
+        if builder.values.is_empty() {
+            return Err(PoseGraphError::Empty);
+        }
+        builder.hold_fixed()?;
+        match builder.add_factors() {
+            Some(()) => Ok(builder.problem()),
+            None => Err(PoseGraphError::Faulty { faults: faults(graph, settings.indefinite) }),
+        }
+    }
+
+    /// The variable of a vertex, and the rotation from its tangent to the world: R of a pose, I of a point.
+    pub(super) fn frame(&self, id: u64) -> Option<(VariableId, DMatrix<f64>)> {
+        let (keys, values) = (&self.keys, &self.values);
+        let dynamic = |matrix: &[f64], size| DMatrix::from_column_slice(size, size, matrix);
+        if let Some(key) = keys.pose2(id) {
+            return Some((key.into(), dynamic(values.get(key)?.rotation().to_matrix().as_slice(), 2)));
+        }
+        if let Some(key) = keys.pose3(id) {
+            return Some((key.into(), dynamic(values.get(key)?.rotation().to_matrix().as_slice(), 3)));
+        }
+        let point2 = keys.point2(id).map(|key| (key.into(), DMatrix::identity(2, 2)));
+        point2.or_else(|| keys.point3(id).map(|key| (key.into(), DMatrix::identity(3, 3))))
+    }
+
+    /// ‖U·r‖² of every measurement, NaN where it was left out.
+    pub(super) fn chi2(&self, values: &Values) -> Vec<f64> {
+        let chi2 = |id: &Option<FactorId>| {
+            id.and_then(|id| self.factors.squared_error(id, values)).unwrap_or(f64::NAN)
+        };
+        self.ids.iter().map(chi2).collect()
+    }
+}
+
+/// `graph` with its vertices at `values`; vertices it did not have are added.
+pub(super) fn with_values(graph: &PoseGraph, values: &Values) -> PoseGraph {
+    let mut out = graph.clone();
+    write(values, &mut out.poses2, |x: &SE2| *x);
+    write(values, &mut out.poses3, |x: &SE3| *x);
+    write(values, &mut out.points2, |x: &Rn<2>| x.vector());
+    write(values, &mut out.points3, |x: &Rn<3>| x.vector());
+    out
+}
+
+/// The faults that keep a graph from being solved.
+fn faults(graph: &PoseGraph, indefinite: Indefinite) -> Vec<Fault> {
+    let mut faults = graph.faults();
+    faults.retain(|fault| match fault {
+        Fault::Information { .. } => indefinite == Indefinite::Refuse,
+        fault => fault.severity() == Severity::Error,
+    });
+    faults
+}
+
+/// Vertices in the order of their kind; those of `values` beyond the ones given are new.
+fn write<V: Variable, T>(values: &Values, vertices: &mut Vec<Vertex<T>>, value: impl Fn(&V) -> T) {
+    let given = vertices.len();
+    for (i, (key, x)) in values.iter::<V>().enumerate() {
+        let Some(x) = x else { continue };
+        match vertices.get_mut(i).filter(|_| i < given) {
+            Some(vertex) => vertex.value = value(x),
+            None => vertices.push(Vertex { id: values.name(key).label, value: value(x), line: Line(0) }),
+        }
+    }
+}
+
+/// The variables, found by the ids of the file.
+struct Keys {
+    ids: Ids,
+    poses2: Vec<Option<Key<SE2>>>,
+    poses3: Vec<Option<Key<SE3>>>,
+    points2: Vec<Option<Key<Rn<2>>>>,
+    points3: Vec<Option<Key<Rn<3>>>>,
+}
+
+struct Builder<'a> {
+    graph: &'a PoseGraph,
+    settings: &'a SolveSettings,
+    keys: Keys,
+    values: Values,
+    factors: Graph,
+    factor_ids: Vec<Option<FactorId>>,
+    mended: Vec<Line>,
+}
+
+impl<'a> Builder<'a> {
+    fn new(graph: &'a PoseGraph, settings: &'a SolveSettings) -> Self {
+        let ids = graph.ids();
+        let count = ids.len();
+        let keys = Keys {
+            ids,
+            poses2: vec![None; count],
+            poses3: vec![None; count],
+            points2: vec![None; count],
+            points3: vec![None; count],
+        };
+        Self {
+            graph,
+            settings,
+            keys,
+            values: Values::new(),
+            factors: Graph::new(),
+            factor_ids: vec![],
+            mended: vec![],
+        }
+    }
+
+    /// The vertices of the file, or, where it has none at all, one without value for each id that is measured.
+    fn insert_vertices(&mut self) {
+        let Self { graph, keys, values, .. } = self;
+        let Keys { ids, poses2, poses3, points2, points3 } = keys;
+        insert(ids, values, poses2, &graph.poses2, |value| *value);
+        insert(ids, values, poses3, &graph.poses3, |value| *value);
+        insert(ids, values, points2, &graph.points2, |value| Rn::new(*value));
+        insert(ids, values, points3, &graph.points3, |value| Rn::new(*value));
+        if values.is_empty() {
+            declare(ids, values, poses2, graph.edges2.iter().flat_map(|e| [e.from, e.to]));
+            declare(ids, values, poses2, graph.sightings2.iter().map(|e| e.from));
+            declare(ids, values, poses2, graph.bearings2.iter().map(|e| e.from));
+            declare(ids, values, poses2, graph.priors2.iter().map(|p| p.id));
+            declare(ids, values, poses3, graph.edges3.iter().flat_map(|e| [e.from, e.to]));
+            declare(ids, values, poses3, graph.sightings3.iter().map(|e| e.from));
+            declare(ids, values, poses3, graph.priors3.iter().map(|p| p.id));
+            declare(ids, values, points2, graph.sightings2.iter().map(|e| e.to));
+            declare(ids, values, points2, graph.bearings2.iter().map(|e| e.to));
+            declare(ids, values, points3, graph.sightings3.iter().map(|e| e.to));
+        }
+    }
+
+    /// Holds what the file or the user fixes. The file may name what it does not have; the user may not.
+    fn hold_fixed(&mut self) -> Result<(), PoseGraphError> {
+        for &id in &self.graph.fixed {
+            self.hold(id);
+        }
+        match self.settings.fixed.iter().find(|&&id| !self.hold(id)) {
+            Some(&id) => Err(PoseGraphError::NoSuchVertex { id }),
+            None => Ok(()),
+        }
+    }
+
+    fn hold(&mut self, id: u64) -> bool {
+        let Keys { ids, poses2, poses3, points2, points3 } = &self.keys;
+        let values = &mut self.values;
+        let Some(i) = ids.index(id) else { return false };
+        if let Some(key) = poses2[i] {
+            values.hold(key);
+        }
+        if let Some(key) = poses3[i] {
+            values.hold(key);
+        }
+        if let Some(key) = points2[i] {
+            values.hold(key);
+        }
+        if let Some(key) = points3[i] {
+            values.hold(key);
+        }
+        true
+    }
+
+    /// Adds a factor for every measurement, in the order of [`PoseGraph::constraints`]; `None` where one is faulty.
+    fn add_factors(&mut self) -> Option<()> {
+        match self.settings.chart {
+            ChartKind::Log => self.add_edges::<Log>()?,
+            ChartKind::G2o => self.add_edges::<G2o>()?,
+            ChartKind::Ceres => self.add_edges::<Difference>()?,
+            ChartKind::SeSync => self.add_edges::<Chordal>()?,
+        }
+        let graph = self.graph;
+        for e in &graph.sightings2 {
+            let keys = (self.keys.pose2(e.from)?, self.keys.point2(e.to)?);
+            self.add(keys, Sighting2 { measured: e.measured }, &e.information, e.line)?;
+        }
+        for e in &graph.sightings3 {
+            let keys = (self.keys.pose3(e.from)?, self.keys.point3(e.to)?);
+            let factor = Sighting3 { measured: e.measured, pose_from_sensor: self.offset(e.offset)? };
+            self.add(keys, factor, &e.information, e.line)?;
+        }
+        for e in &graph.bearings2 {
+            let keys = (self.keys.pose2(e.from)?, self.keys.point2(e.to)?);
+            self.add(keys, Bearing2::new(e.measured), &e.information, e.line)?;
+        }
+        for p in &graph.priors2 {
+            let key = (self.keys.pose2(p.id)?,);
+            self.add(key, Prior { mean: p.measured }, &p.information, p.line)?;
+        }
+        for p in &graph.priors3 {
+            // The file measures the sensor, X·B ≈ Z; its error, seen from the body, is Ad_B times that of the body.
+            let (key, body_from_sensor) = ((self.keys.pose3(p.id)?,), self.offset(p.offset)?);
+            let mean = p.measured.compose(&body_from_sensor.inverse());
+            let sensor_from_body = body_from_sensor.inverse().adjoint();
+            let information = sensor_from_body.transpose() * p.information * sensor_from_body;
+            self.add(key, Prior { mean }, &symmetric(&information), p.line)?;
+        }
+        for p in &graph.point_priors2 {
+            let key = (self.keys.point2(p.id)?,);
+            self.add(key, Prior { mean: Rn::new(p.measured) }, &p.information, p.line)?;
+        }
+        for p in &graph.point_priors3 {
+            let key = (self.keys.point3(p.id)?,);
+            self.add(key, Prior { mean: Rn::new(p.measured) }, &p.information, p.line)?;
+        }
+        Some(())
+    }
+
+    fn add_edges<C: Chart<SE2, 3> + Chart<SE3, 6>>(&mut self) -> Option<()> {
+        let graph = self.graph;
+        for e in &graph.edges2 {
+            let keys = (self.keys.pose2(e.from)?, self.keys.pose2(e.to)?);
+            self.add_edge::<SE2, C, 3>(keys, e.measured, &e.information, e.line)?;
+        }
+        for e in &graph.edges3 {
+            let keys = (self.keys.pose3(e.from)?, self.keys.pose3(e.to)?);
+            self.add_edge::<SE3, C, 6>(keys, e.measured, &e.information, e.line)?;
+        }
+        Some(())
+    }
+
+    fn add_edge<P: GroupVariable<D>, C: Chart<P, D>, const D: usize>(
+        &mut self,
+        keys: (Key<P>, Key<P>),
+        measured: P,
+        information: &SMatrix<f64, D, D>,
+        line: Line,
+    ) -> Option<()> {
+        let factor = Between::<P, C>::in_chart(measured);
+        if self.settings.chart == ChartKind::SeSync {
+            let isotropic = isotropic_information(information).unwrap_or(*information);
+            return self.add(keys, factor, &isotropic, line);
+        }
+        self.add(keys, factor, information, line)
+    }
+
+    /// Adds one factor, with its information mended as the settings say.
+    fn add<F: Factor<R>, const R: usize>(
+        &mut self,
+        keys: <F::Variables as Variables>::Keys,
+        factor: F,
+        information: &SMatrix<f64, R, R>,
+        line: Line,
+    ) -> Option<()> {
+        let mut noise = Noise::from_information(information).ok();
+        if noise.is_none() {
+            self.mended.push(line);
+            match self.settings.indefinite {
+                Indefinite::Refuse => return None,
+                Indefinite::Clamp => noise = Some(Noise::from_information(&clamped(information)?).ok()?),
+                Indefinite::Skip => {}
+            }
+        }
+        let id = noise.map(|noise| self.factors.add_robust(keys, factor, noise, self.settings.kernel));
+        self.factor_ids.push(id);
+        Some(())
+    }
+
+    fn offset(&self, id: u64) -> Option<SE3> {
+        self.graph.offsets3.iter().find(|offset| offset.id == id).map(|offset| offset.value)
+    }
+
+    fn problem(self) -> Problem {
+        let Self { keys, values, factors, factor_ids, mended, .. } = self;
+        Problem { factors, values, keys, ids: factor_ids, mended }
+    }
+}
+
+impl Keys {
+    fn pose2(&self, id: u64) -> Option<Key<SE2>> {
+        self.poses2[self.ids.index(id)?]
+    }
+    fn pose3(&self, id: u64) -> Option<Key<SE3>> {
+        self.poses3[self.ids.index(id)?]
+    }
+    fn point2(&self, id: u64) -> Option<Key<Rn<2>>> {
+        self.points2[self.ids.index(id)?]
+    }
+    fn point3(&self, id: u64) -> Option<Key<Rn<3>>> {
+        self.points3[self.ids.index(id)?]
+    }
+}
+
+fn insert<V: Variable, T>(
+    ids: &Ids,
+    values: &mut Values,
+    keys: &mut [Option<Key<V>>],
+    vertices: &[Vertex<T>],
+    value: impl Fn(&T) -> V,
+) {
+    for vertex in vertices {
+        if let Some(i) = ids.index(vertex.id) {
+            keys[i] = Some(values.insert_labelled(value(&vertex.value), vertex.id));
+        }
+    }
+}
+
+fn declare<V: Variable>(
+    ids: &Ids,
+    values: &mut Values,
+    keys: &mut [Option<Key<V>>],
+    named: impl Iterator<Item = u64>,
+) {
+    let mut indices: Vec<usize> = named.filter_map(|id| ids.index(id)).collect();
+    indices.sort_unstable();
+    indices.dedup();
+    for i in indices {
+        keys[i].get_or_insert_with(|| values.declare(ids.as_slice()[i]));
+    }
+}
+
+/// The nearest matrix whose eigenvalues are at least [`CLAMP`] of the largest; `None` where that is not finite.
+fn clamped<const D: usize>(information: &SMatrix<f64, D, D>) -> Option<SMatrix<f64, D, D>> {
+    if !information.iter().all(|x| x.is_finite()) {
+        return None;
+    }
+    let dynamic = DMatrix::from_column_slice(D, D, symmetric(information).as_slice());
+    let mut eigen = SymmetricEigen::new(dynamic);
+    let floor = CLAMP * eigen.eigenvalues.max();
+    eigen.eigenvalues.apply(|x| *x = x.max(floor));
+    let mended = SMatrix::from_column_slice(eigen.recompose().as_slice());
+    (floor > 0.0).then(|| symmetric(&mended))
+}
+
+fn symmetric<const D: usize>(m: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
+    (m + m.transpose()) * 0.5
+}

@@ -1,0 +1,43 @@
+//! How sure a solved pose graph is of its positions.
+
+use nalgebra::Matrix3;
+
+use super::problem::Problem;
+use super::{PoseGraphError, SolveSettings};
+use crate::pose_graph::PoseGraph;
+
+/// How sure the position of one vertex is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PositionCovariance {
+    /// The vertex.
+    pub id: u64,
+    /// Covariance of its position, in the world frame, metres²; zero in z for the plane.
+    pub covariance: Matrix3<f64>,
+}
+
+impl PoseGraph {
+    /// Covariances of the positions of these vertices, at the values that the graph holds, in the world frame, relative
+    /// to whatever is held.
+    ///
+    /// # Errors
+    /// [`PoseGraphError`], e.g. where the measurements do not determine them.
+    pub fn position_covariances(
+        &self,
+        ids: &[u64],
+        settings: &SolveSettings,
+    ) -> Result<Vec<PositionCovariance>, PoseGraphError> {
+        let problem = Problem::new(self, settings)?;
+        let mut marginals = problem.factors.marginals(&problem.values)?;
+        let mut out = Vec::with_capacity(ids.len());
+        for &id in ids {
+            if let Some((key, rotation)) = problem.frame(id) {
+                let local = marginals.covariance(key)?;
+                let size = rotation.nrows();
+                let world = &rotation * local.view((0, 0), (size, size)) * rotation.transpose();
+                let entry = |i, j| if i < size && j < size { world[(i, j)] } else { 0.0 };
+                out.push(PositionCovariance { id, covariance: Matrix3::from_fn(entry) });
+            }
+        }
+        Ok(out)
+    }
+}
