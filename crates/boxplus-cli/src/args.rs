@@ -3,11 +3,11 @@
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-use boxplus::graph::Kernel;
+use boxplus::pose_graph::simulate::Simulator;
 use clap::{Args, Parser, Subcommand, ValueHint};
 use clap_complete::Shell;
 
-use crate::choices::{Algorithm, Demo, Format};
+use crate::choices::{Algorithm, Chart, Format, Indefinite, Init, Robust, simulator};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -75,7 +75,7 @@ pub enum Verb {
 
 const SOLVE_EXAMPLES: &str = "\
 Examples:
-  boxplus solve demo:sphere --size 30 --noise 2 --seed 7 --plot sphere.png
+  boxplus solve demo:sphere --size 900 --noise 2 --seed 7 --plot sphere.png
   boxplus solve map.g2o -o solved.g2o --json > report.json
   boxplus solve map.g2o --robust cauchy:1 --init chordal
   gzip -dc map.g2o.gz | boxplus solve - -o - > solved.g2o
@@ -114,20 +114,20 @@ pub struct Method {
     pub algorithm: Algorithm,
     /// Where it starts.
     #[arg(long, value_name = "NAME", default_value = "auto")]
-    pub init: String,
+    pub init: Init,
     /// What the residual of an edge is.
     #[arg(long, value_name = "NAME", default_value = "log")]
-    pub chart: String,
-    /// Robust kernel against outliers, its scale in standard deviations: huber, pseudo-huber, cauchy,
-    /// geman-mcclure, welsch, tukey, fair, dcs, barron.
+    pub chart: Chart,
+    /// Robust kernel against outliers, its scale in standard deviations: huber, pseudo-huber, cauchy, geman-mcclure,
+    /// welsch, tukey, fair, dcs, barron.
     #[arg(long, value_name = "KERNEL[:SCALE]")]
-    pub robust: Option<Kernel>,
+    pub robust: Option<Robust>,
     /// Hold a vertex where it is; may be given again.
     #[arg(long, value_name = "ID")]
     pub fix: Vec<u64>,
     /// Edges whose information matrix is not positive definite.
     #[arg(long, value_name = "POLICY", default_value = "refuse")]
-    pub indefinite: String,
+    pub indefinite: Indefinite,
     /// Stop after so many steps.
     #[arg(long, value_name = "N")]
     pub max_iterations: Option<usize>,
@@ -176,20 +176,20 @@ pub struct Convert {
 const SIMULATE_EXAMPLES: &str = "\
 Examples:
   boxplus simulate sphere -o sphere.g2o --truth truth.g2o
-  boxplus simulate grid --size 100 --noise 0.5 --seed 7 -o grid.g2o";
+  boxplus simulate grid --size 8000 --noise 0.5 --seed 7 -o grid.g2o";
 
 /// Options of `simulate`.
 #[derive(Args, Debug)]
 pub struct Simulate {
     /// What to simulate.
-    #[arg(value_name = "NAME")]
-    pub name: Demo,
+    #[arg(value_name = "NAME", value_parser = simulator())]
+    pub name: Simulator,
     #[command(flatten)]
     pub world: World,
     /// Write the graph here, as a robot would have measured it; `-` is standard output.
     #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub output: PathBuf,
-    /// Write the graph with its true poses here, too.
+    /// Write the true poses here, too.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub truth: Option<PathBuf>,
     /// Format of the files, where their names do not say.
@@ -230,7 +230,7 @@ pub struct Completions {
 #[derive(Args, Debug)]
 pub struct Input {
     /// A file (plain or gzip), `-` for standard input, or `demo:NAME` for a simulated graph: sphere, torus, grid,
-    /// manhattan, garage.
+    /// manhattan, garage, landmarks.
     #[arg(value_name = "INPUT", value_hint = ValueHint::FilePath)]
     pub source: PathBuf,
     /// Format of the input, where its name and content do not say.
@@ -243,14 +243,17 @@ pub struct Input {
 const SIMULATED: &str = "Simulated graphs";
 
 /// The size of a simulated world.
-#[derive(Args, Clone, Copy, Debug)]
+#[derive(Args, Clone, Copy, Debug, Default, PartialEq)]
 pub struct World {
-    /// How large it is: rings, rows, blocks or levels.
+    /// Number of poses.
     #[arg(long, value_name = "N", help_heading = SIMULATED)]
     pub size: Option<usize>,
-    /// Noise of its measurements: 1 is usual, 0 is none.
+    /// Noise of its measurements as a multiple of the usual; 0 is none.
     #[arg(long, value_name = "X", value_parser = tolerance, help_heading = SIMULATED)]
     pub noise: Option<f64>,
+    /// The chance that a loop closure is of another place than it says.
+    #[arg(long, value_name = "P", value_parser = tolerance, help_heading = SIMULATED)]
+    pub outliers: Option<f64>,
 }
 
 /// A number that is finite and not negative.

@@ -40,13 +40,6 @@ pub enum Error {
         #[help]
         help: Option<String>,
     },
-    /// The input holds measurements that no solver can use.
-    #[error("{message}")]
-    Faulty {
-        message: String,
-        #[help]
-        help: String,
-    },
     /// Input that is well-formed but leaves the answer open.
     #[error("{message}")]
     Undetermined {
@@ -82,6 +75,8 @@ pub enum Error {
 pub enum Outcome {
     /// Done.
     Done,
+    /// A result that is arbitrary in directions that nothing constrains.
+    Undetermined,
     /// A result, but not an optimum.
     NotConverged,
     /// Stopped by the user; the best result so far is saved.
@@ -119,17 +114,18 @@ impl Error {
         ExitCode::from(match self {
             Self::Write { .. } | Self::Unwritable { .. } | Self::Stdout(_) => 1,
             Self::Usage { .. } => 2,
-            Self::Read { .. } | Self::Malformed { .. } | Self::Unreadable { .. } | Self::Faulty { .. } => 3,
+            Self::Read { .. } | Self::Malformed { .. } | Self::Unreadable { .. } => 3,
             Self::Undetermined { .. } => 4,
         })
     }
 }
 
 impl Outcome {
-    /// 0 done, 5 not converged, 130 interrupted.
+    /// 0 done, 4 no answer in the data, 5 not converged, 130 interrupted.
     pub fn exit_code(self) -> ExitCode {
         ExitCode::from(match self {
             Self::Done => 0,
+            Self::Undetermined => 4,
             Self::NotConverged => 5,
             Self::Interrupted => 130,
         })

@@ -41,6 +41,18 @@ impl Excerpt {
         Self::assemble(name, content, [first, start, end, last], (line - lines_before, 0))
     }
 
+    /// The lines around a line of `content`, counted from 1, which is marked as a whole.
+    pub fn line(name: &str, content: &[u8], line: u32) -> Option<Self> {
+        let before = (line as usize).checked_sub(2);
+        let ends = content.iter().enumerate().filter(|(_, b)| **b == b'\n').map(|(i, _)| i + 1);
+        let start = match before {
+            Some(skipped) => ends.clone().nth(skipped)?,
+            None if line == 1 => 0,
+            None => return None,
+        };
+        Some(Self::new(name, content, start..end_of_line(content, start)))
+    }
+
     /// `[from, start, end, to]`: the text, and the fault within.
     fn assemble(name: &str, content: &[u8], cuts: [usize; 4], (line, column): (usize, usize)) -> Self {
         let [before, fault, after] = [0, 1, 2].map(|i| printable(&content[cuts[i]..cuts[i + 1].max(cuts[i])]));
@@ -144,6 +156,16 @@ mod tests {
         let (fault, text, ..) = shown(b"\xff\x00\x1b[31m bad \xfe", 8..11);
         assert_eq!(fault, "bad");
         assert!(text.chars().all(|c| !c.is_control()));
+    }
+
+    #[test]
+    fn a_line_is_found_by_its_number() {
+        let marked = |line| {
+            let excerpt = Excerpt::line("f", b"one\ntwo\nthree", line)?;
+            Some(excerpt.text[excerpt.span.offset()..][..excerpt.span.len()].to_owned())
+        };
+        let expected = [None, Some("one"), Some("two"), Some("three"), None];
+        assert_eq!([0, 1, 2, 3, 4].map(marked), expected.map(|line| line.map(str::to_owned)));
     }
 
     #[test]

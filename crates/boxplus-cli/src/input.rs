@@ -6,11 +6,11 @@ use std::path::Path;
 use std::time::Instant;
 
 use boxplus::io as graph_io;
+use boxplus::pose_graph::simulate::Simulator;
 use boxplus::pose_graph::{Fault, PoseGraph};
-use clap::ValueEnum;
 
 use crate::args::{Global, Input, World};
-use crate::choices::{Demo, Format};
+use crate::choices::Format;
 use crate::error::Error;
 use crate::output::{Console, is_standard};
 use crate::progress::Progress;
@@ -27,6 +27,8 @@ pub struct Loaded {
     pub format: Option<graph_io::Format>,
     /// Whether it was compressed.
     pub gzip: bool,
+    /// The bytes of the file, to show the place of a fault.
+    pub source: Vec<u8>,
     /// What was odd but could be read.
     warnings: Vec<Fault>,
     /// Seconds to read and parse, or to simulate.
@@ -53,7 +55,7 @@ pub fn load(input: &Input, global: &Global, console: Console) -> Result<Loaded, 
     let source = input.source.as_path();
     let _progress = Progress::start(console, &format!("reading {}", source.display()));
     let mut loaded = match demo(source)? {
-        Some(demo) => simulated(demo, input.world, global),
+        Some(world) => simulated(world, input.world, global)?,
         None => read(source, input)?,
     };
     loaded.seconds = started.elapsed().as_secs_f64();
@@ -61,27 +63,24 @@ pub fn load(input: &Input, global: &Global, console: Console) -> Result<Loaded, 
 }
 
 /// The simulator that `demo:NAME` names.
-fn demo(source: &Path) -> Result<Option<Demo>, Error> {
+fn demo(source: &Path) -> Result<Option<Simulator>, Error> {
     let Some(name) = source.to_str().and_then(|s| s.strip_prefix("demo:")) else { return Ok(None) };
-    Demo::from_str(name, false).map(Some).map_err(|_| {
-        let names: Vec<_> = Demo::value_variants().iter().map(|d| format!("demo:{}", d.name())).collect();
-        Error::Usage {
-            message: format!("there is no simulator `{name}`"),
-            help: Some(format!("choose one of {}", names.join(", "))),
-        }
+    let names = || Simulator::ALL.map(|world| format!("demo:{world}")).join(", ");
+    name.parse().map(Some).map_err(|_| Error::Usage {
+        message: format!("there is no simulator `{name}`"),
+        help: Some(format!("choose one of {}", names())),
     })
 }
 
-fn simulated(demo: Demo, world: World, global: &Global) -> Loaded {
-    let graph = simulate::world(demo, world, global.seed).0;
-    let name = format!("demo:{}", demo.name());
-    Loaded { name, graph, format: None, gzip: false, warnings: Vec::new(), seconds: 0.0 }
+fn simulated(world: Simulator, options: World, global: &Global) -> Result<Loaded, Error> {
+    let graph = simulate::run_world(world, options, global.seed)?.graph;
+    Ok(Loaded { name: format!("demo:{world}"), graph, format: None, gzip: false, source: Vec::new(), warnings: Vec::new(), seconds: 0.0 })
 }
 
 fn read(source: &Path, input: &Input) -> Result<Loaded, Error> {
-    if input.world.size.is_some() || input.world.noise.is_some() {
+    if input.world != World::default() {
         return Err(Error::Usage {
-            message: format!("{} is not simulated, so it has no --size and no --noise", source.display()),
+            message: format!("{} is not simulated: --size, --noise and --outliers say nothing to it", source.display()),
             help: Some("leave them out, or name a simulated graph such as demo:sphere".to_owned()),
         });
     }
@@ -90,7 +89,7 @@ fn read(source: &Path, input: &Input) -> Result<Loaded, Error> {
     let parsed = graph_io::read(&bytes, &name, input.from.map(Format::library));
     let parsed = parsed.map_err(|error| Error::parsing(&error, &bytes))?;
     let graph_io::Parsed { graph, format, gzip, warnings, .. } = parsed;
-    Ok(Loaded { name, graph, format: Some(format), gzip, warnings, seconds: 0.0 })
+    Ok(Loaded { name, graph, format: Some(format), gzip, source: bytes, warnings, seconds: 0.0 })
 }
 
 fn bytes(source: &Path) -> io::Result<Vec<u8>> {

@@ -1,6 +1,7 @@
 //! The boxplus command line: flags and files in, a call of the library, a report out.
 
 mod args;
+mod before_after;
 mod choices;
 mod convert;
 mod draw;
@@ -12,6 +13,7 @@ mod interrupt;
 mod output;
 mod plot;
 mod progress;
+mod refusal;
 mod report;
 mod simulate;
 mod solve;

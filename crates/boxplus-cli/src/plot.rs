@@ -2,13 +2,15 @@
 
 use std::path::Path;
 
+use boxplus::pose_graph::{Constraint, PoseGraph, SolveSettings};
+
 use crate::args::{Global, Plot};
 use crate::draw::{Figure, Panel, Scene, png};
 use crate::error::Error;
 use crate::info::kinds;
 use crate::input::{self, Loaded};
 use crate::output::Console;
-use crate::text::count;
+use crate::text::{count, significant};
 
 /// A kind of picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,8 +37,23 @@ impl Picture {
 pub fn run(options: &Plot, global: &Global, console: Console) -> Result<(), Error> {
     let picture = Picture::of(&options.output)?;
     let loaded = input::load(&options.input, global, console)?;
-    let figure = Figure { title: loaded.title(), facts: facts(&loaded), panels: vec![panel(&loaded)] };
+    let panel = panel(&loaded)?;
+    let figure = Figure { title: loaded.title(), facts: facts(&loaded.graph), panels: vec![panel] };
     save(&figure, picture, &options.output, console)
+}
+
+/// The graph where its vertices are, or, where it has none, as first estimated.
+fn panel(loaded: &Loaded) -> Result<Panel, Error> {
+    let settings = SolveSettings::default();
+    let refused = |error| loaded.refusal(error);
+    let (heading, graph) = if loaded.graph.vertex_count() > 0 {
+        ("As in the file", loaded.graph.clone())
+    } else {
+        ("First estimate", loaded.graph.initialised(&settings).map_err(refused)?)
+    };
+    let chi2 = graph.chi2(&settings).map_err(refused)?;
+    let note = format!("cost {}", significant(0.5 * chi2.iter().sum::<f64>(), 6));
+    Ok(Panel { heading: heading.to_owned(), note, scene: Scene::of(&graph, &sigmas(&graph, &chi2)) })
 }
 
 /// Writes a picture.
@@ -54,12 +71,14 @@ pub fn save(figure: &Figure, picture: Picture, path: &Path, console: Console) ->
 }
 
 /// `2500 poses in space · 4949 measurements`.
-pub fn facts(loaded: &Loaded) -> String {
-    let kinds = kinds(&loaded.graph).into_iter().map(|(n, one, many)| count(n, one, many));
-    let measurements = count(loaded.graph.constraints().count(), "measurement", "measurements");
+pub fn facts(graph: &PoseGraph) -> String {
+    let kinds = kinds(graph).into_iter().map(|(n, one, many)| count(n, one, many));
+    let measurements = count(graph.constraints().count(), "measurement", "measurements");
     kinds.chain([measurements]).collect::<Vec<_>>().join(" · ")
 }
 
-fn panel(loaded: &Loaded) -> Panel {
-    Panel { heading: "As in the file".to_owned(), note: String::new(), scene: Scene::of(&loaded.graph, &[]) }
+/// √(χ² per degree of freedom) of every measurement.
+pub fn sigmas(graph: &PoseGraph, chi2: &[f64]) -> Vec<f64> {
+    let sigma = |(constraint, chi2): (Constraint<'_>, &f64)| (chi2 / constraint.dof() as f64).sqrt();
+    graph.constraints().zip(chi2).map(sigma).collect()
 }

@@ -1,18 +1,27 @@
 //! What `solve` says: one document, printed as JSON or as one readable screen.
 
+use std::path::Path;
+
+use boxplus::graph::{Initial, Iteration};
+use boxplus::pose_graph::solve::Misfit;
+use boxplus::pose_graph::{PoseGraph, Solved};
 use serde::Serialize;
 
+use crate::args::Method;
+use crate::info::{self, FaultReport};
+use crate::input::Loaded;
 use crate::output::{DIM, GOOD, STRONG, WARN};
 use crate::text::{count, duration, grouped, significant};
 
 /// Digits of a cost on the screen.
 const DIGITS: usize = 10;
-/// Rows of the iteration table and of the worst edges without `--verbose`.
+/// Worst edges on the screen, and in the document or with `--verbose`.
 const WORST: usize = 5;
+const DETAILED: usize = 20;
 
 /// The report of a solve. Numbers that are not finite become `null` in JSON.
 #[derive(Debug, Serialize)]
-pub struct SolveReport {
+pub struct SolveDocument {
     /// `boxplus.solve`.
     pub format: &'static str,
     /// Counts up when a field changes its meaning or goes away.
@@ -22,9 +31,13 @@ pub struct SolveReport {
     pub edges: usize,
     /// Vertices and measurements by kind, in words.
     pub kinds: Vec<Count>,
+    pub loop_closures: usize,
     pub chart: &'static str,
     pub robust: Option<String>,
     pub algorithm: &'static str,
+    /// Cost of the input as it is, `null` where vertices have no value.
+    pub given_cost: Option<f64>,
+    /// Cost of the estimate that the optimiser starts from.
     pub initial_cost: f64,
     /// What was minimised: ½ Σ ρ(eᵀΩe) in `chart`.
     pub cost: f64,
@@ -41,7 +54,9 @@ pub struct SolveReport {
     pub initialisation: Initialisation,
     pub trace: Vec<Step>,
     pub worst_edges: Vec<WorstEdge>,
-    pub faults: Vec<String>,
+    pub faults: Vec<FaultReport>,
+    /// What nothing constrains, in words.
+    pub unconstrained: Option<String>,
     pub outputs: Vec<String>,
 }
 
@@ -125,7 +140,47 @@ pub struct WorstEdge {
     pub sigmas: f64,
 }
 
-impl SolveReport {
+impl SolveDocument {
+    /// All there is to say. `total` counts seconds since the program began.
+    pub fn new(loaded: &Loaded, method: &Method, solved: &Solved, total: f64) -> Self {
+        let Solved { graph, report, costs, .. } = solved;
+        Self {
+            format: "boxplus.solve",
+            version: 1,
+            input: loaded.name.clone(),
+            vertices: graph.vertex_count(),
+            edges: graph.constraints().count(),
+            kinds: kinds(graph),
+            loop_closures: graph.statistics().loop_closures,
+            chart: method.chart.library().name(),
+            robust: method.robust.as_ref().map(|robust| robust.text.clone()),
+            algorithm: method.algorithm.name(),
+            given_cost: solved.given_cost,
+            initial_cost: solved.initial_cost,
+            cost: solved.cost,
+            costs: Costs { log: costs.log, g2o: costs.g2o, se_sync: costs.se_sync, ceres: costs.ceres },
+            iterations: report.iterations.len(),
+            accepted: report.accepted(),
+            termination: report.termination.name(),
+            reason: report.termination.to_string(),
+            converged: report.converged(),
+            seconds: Seconds::new(loaded, solved, total),
+            threads: report.threads,
+            gauge: Gauge::new(&method.fix, solved),
+            initialisation: Initialisation::new(solved),
+            trace: report.iterations.iter().map(Step::new).collect(),
+            worst_edges: solved.worst(DETAILED).iter().map(WorstEdge::new).collect(),
+            faults: loaded.faults().iter().map(FaultReport::new).collect(),
+            unconstrained: solved.unconstrained.as_ref().map(ToString::to_string),
+            outputs: Vec::new(),
+        }
+    }
+
+    /// Notes that a file was written.
+    pub fn wrote(&mut self, path: &Path) {
+        self.outputs.push(path.display().to_string());
+    }
+
     /// The screen.
     pub fn screen(&self, verbose: bool) -> String {
         let mut rows = vec![self.heading(), String::new(), self.cost_row()];
@@ -143,8 +198,10 @@ impl SolveReport {
     }
 
     fn heading(&self) -> String {
-        let kinds: Vec<String> = self.kinds.iter().map(|k| format!("{} {}", grouped(k.count), k.kind)).collect();
-        format!("{STRONG}{}{STRONG:#}   {}", self.input, kinds.join(" · "))
+        let mut parts: Vec<String> = self.kinds.iter().map(|k| format!("{} {}", grouped(k.count), k.kind)).collect();
+        parts.push(count(self.edges, "measurement", "measurements"));
+        parts.push(count(self.loop_closures, "loop closure", "loop closures"));
+        format!("{STRONG}{}{STRONG:#}   {}", self.input, parts.join(" · "))
     }
 
     fn cost_row(&self) -> String {
@@ -207,7 +264,7 @@ impl SolveReport {
 
     fn fault_rows(&self) -> Vec<String> {
         let shown = self.faults.iter().take(WORST);
-        let mut rows: Vec<_> = shown.map(|fault| row("note", &format!("{WARN}{fault}{WARN:#}"))).collect();
+        let mut rows: Vec<_> = shown.map(|fault| row("fault", &fault.text())).collect();
         if self.faults.len() > WORST {
             rows.push(row("", &format!("and {} more: see `boxplus info`", grouped(self.faults.len() - WORST))));
         }
@@ -235,6 +292,69 @@ impl SolveReport {
             row("", &line)
         });
         [title].into_iter().chain(rows).collect()
+    }
+}
+
+fn kinds(graph: &PoseGraph) -> Vec<Count> {
+    let vertices = info::kinds(graph).into_iter().map(|(count, one, many)| (count, if count == 1 { one } else { many }));
+    vertices.map(|(count, kind)| Count { count, kind: kind.to_owned() }).collect()
+}
+
+impl Seconds {
+    fn new(loaded: &Loaded, solved: &Solved, total: f64) -> Self {
+        let phases = &solved.report.seconds;
+        Self {
+            load: loaded.seconds,
+            initialise: solved.seconds.build + solved.seconds.initialise,
+            optimise: solved.seconds.optimise,
+            total,
+            phases: Phases {
+                analyse: phases.analyse,
+                linearise: phases.linearise,
+                factorise: phases.factorise,
+                solve: phases.solve,
+                evaluate: phases.evaluate,
+            },
+        }
+    }
+}
+
+impl Gauge {
+    fn new(asked: &[u64], solved: &Solved) -> Self {
+        let mut fixed = [solved.graph.fixed.as_slice(), asked].concat();
+        fixed.sort_unstable();
+        fixed.dedup();
+        Self { fixed, held: solved.report.gauge.iter().map(ToString::to_string).collect() }
+    }
+}
+
+impl Initialisation {
+    fn new(solved: &Solved) -> Self {
+        let candidate = |&(initial, cost): &(Initial, f64)| Candidate { name: initial.name(), cost };
+        Self {
+            chosen: solved.initialisation.name(),
+            candidates: solved.candidates.iter().map(candidate).collect(),
+        }
+    }
+}
+
+impl Step {
+    fn new(iteration: &Iteration) -> Self {
+        let &Iteration { cost, gradient, step, damping, accepted, seconds, .. } = iteration;
+        Self { cost, gradient, step, damping, accepted, seconds }
+    }
+}
+
+impl WorstEdge {
+    fn new(misfit: &Misfit) -> Self {
+        Self {
+            kind: misfit.kind.to_string(),
+            from: misfit.from,
+            to: misfit.to,
+            line: Some(misfit.line.0).filter(|&line| line > 0),
+            chi2: misfit.chi2,
+            sigmas: (misfit.chi2 / misfit.dof as f64).sqrt(),
+        }
     }
 }
 

@@ -13,7 +13,7 @@ pub fn grouped(n: usize) -> String {
     out
 }
 
-/// `x` to `digits` significant digits: plain between 10⁻³ and 10⁷, else as 1.27×10⁹.
+/// `x` to `digits` significant digits: plain between 10⁻³ and 10⁶, else as 1.27×10⁹.
 pub fn significant(x: f64, digits: usize) -> String {
     if x == 0.0 || !x.is_finite() {
         return if x == 0.0 { "0".to_owned() } else { x.to_string() };
@@ -21,7 +21,7 @@ pub fn significant(x: f64, digits: usize) -> String {
     let scientific = format!("{:.*e}", digits.saturating_sub(1), x);
     let (mantissa, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
     let exponent: i32 = exponent.parse().unwrap_or(0);
-    if (-3..7).contains(&exponent) {
+    if (-3..6).contains(&exponent) {
         let decimals = digits as i32 - 1 - exponent;
         trimmed(&format!("{x:.*}", usize::try_from(decimals).unwrap_or(0)))
     } else {

@@ -41,14 +41,15 @@ impl Scene {
 }
 
 /// Where the vertices are, and the poses in the order of travel: that of their numbers.
-struct Places {
+pub struct Places {
     travel: Vec<(u64, Vector3<f64>)>,
     order: HashMap<u64, usize>,
     points: HashMap<u64, Vector3<f64>>,
 }
 
 impl Places {
-    fn of(graph: &PoseGraph) -> Self {
+    /// Those of `graph`.
+    pub fn of(graph: &PoseGraph) -> Self {
         let plane = graph.poses2.iter().map(|v| (v.id, v.value.translation().push(0.0)));
         let space = graph.poses3.iter().map(|v| (v.id, v.value.translation()));
         let mut travel: Vec<_> = plane.chain(space).collect();
@@ -59,7 +60,8 @@ impl Places {
         Self { travel, order, points }
     }
 
-    fn at(&self, id: u64) -> Option<Vector3<f64>> {
+    /// Of a pose or a point.
+    pub fn at(&self, id: u64) -> Option<Vector3<f64>> {
         self.order.get(&id).map(|&i| self.travel[i].1).or_else(|| self.points.get(&id).copied())
     }
 

@@ -11,8 +11,9 @@ mod scene;
 mod strokes;
 mod window;
 
+pub use from_graph::Places;
 pub use png::render as png;
-pub use scene::{Ellipse, Link, Scene};
+pub use scene::{Ellipse, Scene};
 
 use camera::Camera;
 use colour::{Decades, INK, MUTED, PAPER};

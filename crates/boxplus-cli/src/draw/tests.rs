@@ -1,4 +1,5 @@
 use super::*;
+use scene::Link;
 use nalgebra::{Matrix3, Vector3};
 
 fn helix(loops: usize) -> Scene {
