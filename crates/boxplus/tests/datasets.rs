@@ -1,6 +1,11 @@
 //! The public pose graphs against their known optima, in the conventions of four tools.
 //!
 //! The files may not be distributed with the library; without them every test here says that it skips.
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a test fails by panicking and says what it skips"
+)]
 
 use std::path::PathBuf;
 

@@ -180,3 +180,20 @@ fn options_out_of_range_are_refused() {
     assert_eq!(chance, OptionsError::Chance { name: "closures", value: 1.5 });
     assert!(matches!(refused(Options { outliers: f64::NAN, ..SMALL }), OptionsError::Chance { .. }));
 }
+
+#[test]
+fn bodies_look_where_they_go() {
+    for world in [Simulator::Sphere, Simulator::Torus, Simulator::Garage] {
+        let s = world.simulate(&Options { size: None, ..SMALL }).unwrap();
+        for pair in s.truth.poses3.windows(2) {
+            let step = pair[0].value.between(&pair[1].value).translation();
+            // On circles of 50 steps and ramps of 3 m on 120 m the chord leaves the tangent by few degrees.
+            assert!(step.x > 0.85 * step.norm(), "{world} at {}: {step:?}", pair[0].id);
+        }
+    }
+    let s = Simulator::Landmarks.simulate(&Options { size: None, ..SMALL }).unwrap();
+    for pair in s.truth.poses2.windows(2) {
+        let step = pair[0].value.between(&pair[1].value).translation();
+        assert!(step.x > 0.98 && step.norm() < 1.0 + 1e-12, "at {}: {step:?}", pair[0].id);
+    }
+}

@@ -64,11 +64,11 @@ impl fmt::Display for Unconstrained {
 
 /// Directions sought at once.
 const SOUGHT: usize = 8;
-/// Shift of the scaled matrix (unit diagonal) that makes it factorisable.
-const SHIFT: f64 = 1e-11;
-/// A direction is unconstrained below this eigenvalue of the scaled matrix. Rounding leaves about 1e-14; a chain of 10⁵
-/// poses that is held at one end still has 1e-11.
-const FREE: f64 = 1e-12;
+/// Shifts of the scaled matrix (unit diagonal), the smallest first: the first that leaves it factorisable is taken.
+const SHIFTS: [f64; 5] = [1e-14, 1e-13, 1e-12, 1e-11, 1e-10];
+/// A direction is unconstrained where the scaled curvature vᵀHv of a unit v is below this: rounding of H leaves about
+/// 1e-15. The softest bend of a chain of 10⁵ poses still has 1e-13.
+const FREE: f64 = 2e-14;
 
 /// The unconstrained directions of the normal equations, or `None` where every direction is constrained.
 pub(crate) fn weakest(
@@ -79,16 +79,18 @@ pub(crate) fn weakest(
     let size = structure.size();
     let sought = SOUGHT.min(size);
     let (scaled, _) = scale(structure, normal);
-    let mut shifted = scaled.clone();
-    structure.diagonal.iter().for_each(|&at| shifted[at] += SHIFT);
     let mut cholesky = Cholesky::new(&structure.pattern, sought)?;
-    if cholesky.factorise(&structure.pattern, &shifted).is_err() {
-        // Negative curvature beyond rounding cannot come from JᵀJ.
-        return Ok(None);
+    let factorised = SHIFTS.iter().any(|shift| {
+        let mut shifted = scaled.clone();
+        structure.diagonal.iter().for_each(|&at| shifted[at] += shift);
+        cholesky.factorise(&structure.pattern, &shifted).is_ok()
+    });
+    if !factorised {
+        return Ok(None); // negative curvature beyond rounding cannot come from JᵀJ
     }
     let mut basis: Vec<f64> = (0..size * sought).map(|i| (1.0 + i as f64 * 0.754_877).sin()).collect();
     orthonormalise(&mut basis, size);
-    for _ in 0..4 {
+    for _ in 0..6 {
         cholesky.solve(&mut basis);
         orthonormalise(&mut basis, size);
     }

@@ -1,5 +1,6 @@
 //! The gauge: relative measurements leave a whole connected part free to move; one of its variables is then held.
 
+use super::VariableName;
 use super::factor::AnySet;
 use super::values::{Offsets, State, Values, VariableId};
 
@@ -64,6 +65,16 @@ impl Parts {
             let root = parts.root(i);
             parts.anchored[root] = true;
         }
+        parts
+    }
+
+    /// The names of the variables that are read, part by part.
+    pub(crate) fn named(&self, values: &Values) -> Vec<Vec<VariableName>> {
+        let mut parts: Vec<Vec<VariableName>> = vec![vec![]; self.ids.len()];
+        for i in (0..self.ids.len()).filter(|&i| self.read[i]) {
+            parts[self.root(i)].push(values.name(self.ids[i]));
+        }
+        parts.retain(|part| !part.is_empty());
         parts
     }
 

@@ -35,7 +35,7 @@ impl Marginals {
     pub(super) fn new(sets: &[Box<dyn AnySet>], values: &Values) -> Result<Self, GraphError> {
         let mut values = values.clone();
         let gauge = gauge::fix(sets, &mut values).iter().map(|&id| values.name(id)).collect();
-        let structure = Structure::new(sets, &values);
+        let structure = Structure::new(sets, &values)?;
         let mut normal = structure.normal();
         Evaluator::new(sets, 1).linearise(&values, &structure, &mut normal);
         let (scaled, scale) = scale(&structure, &normal);

@@ -136,6 +136,12 @@ impl Graph {
         Some(set.squared(values, factor.index as usize))
     }
 
+    /// The connected parts of the graph, each in the order of its variables: no factor joins one to another, so that they
+    /// have no place relative to each other. Variables that no factor reads are left out.
+    pub fn parts(&self, values: &Values) -> Vec<Vec<VariableName>> {
+        gauge::Parts::new(&self.sets, values).named(values)
+    }
+
     /// The cost ½ Σ ρ(‖U·r‖²).
     ///
     /// # Errors

@@ -5,7 +5,7 @@ use super::scan::{Fields, Scan};
 use crate::lie::{LieError, LieGroup, SE2, SE3, SO2, SO3};
 use crate::pose_graph::{Edge, OtherLine, Prior, Vertex};
 use core::cell::Cell;
-use core::f64::consts::{FRAC_PI_2, PI};
+use core::f64::consts::PI;
 use core::fmt::{Display, Write};
 use nalgebra::{SMatrix, Vector2, Vector3};
 
@@ -217,14 +217,15 @@ pub(super) fn print_pose3(p: &mut Printer, x: &SE3) {
     p.numbers(&x.rotation().quaternion_xyzw());
 }
 
-/// `x y z roll pitch yaw`, R = Rz(yaw)·Ry(pitch)·Rx(roll). With pitch = ±π/2 only yaw ∓ roll is determined: roll is 0.
+/// `x y z roll pitch yaw`, R = Rz(yaw)·Ry(pitch)·Rx(roll).
 pub(super) fn print_pose3_euler(p: &mut Printer, x: &SE3) {
     let r = x.rotation().to_matrix();
-    let level = r.m11.hypot(r.m21);
-    let pitch = (-r.m31).atan2(level);
-    let locked = FRAC_PI_2 - pitch.abs() < 1e-8; // cos(pitch) is then rounding: √ε
-    let (roll, yaw) =
-        if locked { (0.0, (-r.m12).atan2(r.m22)) } else { (r.m32.atan2(r.m33), r.m21.atan2(r.m11)) };
+    let pitch = (-r.m31).atan2(r.m32.hypot(r.m33));
+    // At pitch = ±π/2 only yaw ∓ roll is determined, and near it roll is mostly rounding: yaw is taken from what is left
+    // after roll, R·Rx(−roll) = Rz·Ry with second column (−sin yaw, cos yaw, 0).
+    let roll = r.m32.atan2(r.m33);
+    let (s, c) = roll.sin_cos();
+    let yaw = (s * r.m13 - c * r.m12).atan2(c * r.m22 - s * r.m23);
     p.numbers(x.translation().as_slice());
     p.numbers(&[roll, pitch, yaw]);
 }

@@ -68,7 +68,7 @@ pub enum IoErrorKind {
     #[error("the line ends too early")]
     MissingField,
     /// Fields are left over.
-    #[error("the line goes on after its last field")]
+    #[error("the line goes on after its last field, with `{found}`")]
     TooManyFields {
         /// The first field too many.
         found: Box<str>,
@@ -116,23 +116,34 @@ pub enum IoErrorKind {
     },
 }
 
+impl IoErrorKind {
+    fn is_about_one_field(&self) -> bool {
+        use IoErrorKind::{HugeId, MissingField, NegativeId, NotANumber, NotAnId, NotFinite};
+        matches!(
+            self,
+            MissingField
+                | NotANumber { .. }
+                | NotFinite { .. }
+                | NotAnId { .. }
+                | NegativeId { .. }
+                | HugeId { .. }
+        )
+    }
+}
+
 impl fmt::Display for IoError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}:", self.name)?;
         let Some(place) = &self.place else { return write!(f, " {}", self.kind) };
         write!(f, "{}:{}: {}", place.line, place.column, self.kind)?;
-        match place.expected() {
+        match place.expected().filter(|_| self.kind.is_about_one_field()) {
             Some(expected) => write!(f, "; expected {expected} in field {} of {}", place.field, place.tag),
             None => Ok(()),
         }
     }
 }
 
-impl core::error::Error for IoError {
-    fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
-        None
-    }
-}
+impl core::error::Error for IoError {}
 
 impl From<Box<IoError>> for IoError {
     fn from(error: Box<IoError>) -> Self {

@@ -6,6 +6,7 @@
 
 mod action;
 mod error;
+mod homogeneous;
 pub mod laws;
 mod left;
 mod manifold;

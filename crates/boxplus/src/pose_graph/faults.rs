@@ -170,6 +170,15 @@ impl PoseGraph {
     /// Everything wrong with the graph, in the order: vertices, references, self loops, information, repetitions, connection.
     ///
     /// Takes O(n log n) for n vertices and measurements, whatever they join.
+    ///
+    /// ```
+    /// use boxplus::{io, pose_graph::Severity};
+    /// let text = b"VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 0 0\nEDGE_SE2 0 1 1 0 0 1 2 0 1 0 1\n";
+    /// let fault = io::read(text, "two.g2o", None)?.graph.faults()[0];
+    /// assert_eq!((fault.line().0, fault.severity()), (3, Severity::Error));
+    /// assert!(fault.to_string().contains("not positive definite: its smallest eigenvalue is -1.000e0"));
+    /// # Ok::<(), io::IoError>(())
+    /// ```
     pub fn faults(&self) -> Vec<Fault> {
         let mut faults = Vec::new();
         let vertices = self.sorted_vertices(&mut faults);

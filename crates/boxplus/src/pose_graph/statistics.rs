@@ -61,6 +61,14 @@ pub struct Statistics {
 
 impl PoseGraph {
     /// Counts, connection, extent and noise.
+    ///
+    /// ```
+    /// use boxplus::pose_graph::simulate::{Options, Simulator};
+    /// let statistics = Simulator::Sphere.simulate(&Options::default())?.graph.statistics();
+    /// assert_eq!((statistics.poses, statistics.loop_closures, statistics.components), (2500, 2450, 1));
+    /// assert!((statistics.sigma_translation.unwrap() - 0.05).abs() < 1e-12);
+    /// # Ok::<(), boxplus::pose_graph::simulate::OptionsError>(())
+    /// ```
     pub fn statistics(&self) -> Statistics {
         let ids = self.ids();
         let joined = self.joined(&ids);

@@ -82,6 +82,36 @@ fn a_step_into_undefined_ground_is_rejected_not_fatal() {
     assert!(solution.report.iterations.iter().any(|iteration| !iteration.accepted));
 }
 
+/// Finite everywhere it is evaluated, but with an infinite slope at zero: √x.
+struct Root;
+impl Factor<1> for Root {
+    const NAME: &'static str = "root";
+    type Variables = (Rn<1>,);
+    fn residual<S: Real>(&self, (x,): &(Rn<1, S>,)) -> SVector<S, 1> {
+        vector![x.vector()[0].simd_sqrt() - S::lit(1.0)]
+    }
+}
+
+#[test]
+fn a_derivative_that_is_not_finite_is_no_minimum() {
+    let (mut graph, mut values) = (Graph::new(), Values::new());
+    let x = values.insert(Rn::new(vector![0.0]));
+    graph.add((x,), Root, Noise::unit());
+    let report = graph.optimize(&values, &SolveOptions::default()).unwrap().report;
+    assert!(!report.converged(), "{:?}", report.termination);
+}
+
+#[test]
+fn parts_that_nothing_joins_are_listed() {
+    let (mut graph, mut values, ..) = pair();
+    let (c, d) = (values.insert_labelled(SE2::identity(), 20), values.insert_labelled(SE2::identity(), 21));
+    graph.add((d, c), Between::new(SE2::identity()), Noise::unit());
+    values.insert_labelled(SE2::identity(), 30); // read by nothing
+    let labels =
+        |part: &Vec<boxplus::graph::VariableName>| part.iter().map(|name| name.label).collect::<Vec<_>>();
+    assert_eq!(graph.parts(&values).iter().map(labels).collect::<Vec<_>>(), [[10, 11], [20, 21]]);
+}
+
 #[test]
 fn huge_and_tiny_units_do_not_change_the_answer() {
     for scale in [1e-6, 1.0, 1e6] {

@@ -1,4 +1,5 @@
 //! The factor graph, seen from outside.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod custom;
 mod faults;

@@ -131,7 +131,9 @@ fn robust_kernels_keep_a_false_closure_from_bending_the_map() {
 fn initialisation_recovers_poses_that_were_never_given() {
     let walk = walk::<SE3, 6>(10, 80, 60, 0.0);
     let mut values = Values::new();
-    (0..80).for_each(|label| drop(values.declare::<SE3>(label)));
+    for label in 0..80 {
+        values.declare::<SE3>(label);
+    }
     for initial in [Initial::Auto, Initial::SpanningTree, Initial::Chordal] {
         let start = walk.graph.initialise(&values, initial).unwrap();
         let solution = walk.graph.optimize(&start.values, &SolveOptions::default()).unwrap();

@@ -1,37 +1,36 @@
 //! Small simulated worlds.
 
 use boxplus::graph::{Between, Graph, GroupVariable, Key, Noise, Values};
-use boxplus::lie::LieGroup;
 use nalgebra::{SMatrix, SVector};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 /// A seeded source of numbers.
-pub fn rng(seed: u64) -> ChaCha8Rng {
+pub(crate) fn rng(seed: u64) -> ChaCha8Rng {
     ChaCha8Rng::seed_from_u64(seed)
 }
 
 /// A vector with entries uniform in (−size, size).
-pub fn noise<const D: usize>(rng: &mut ChaCha8Rng, size: f64) -> SVector<f64, D> {
+pub(crate) fn noise<const D: usize>(rng: &mut ChaCha8Rng, size: f64) -> SVector<f64, D> {
     SVector::from_fn(|_, _| size * rng.random_range(-1.0..1.0))
 }
 
 /// A random positive definite matrix with eigenvalues of order `size`.
-pub fn positive<const D: usize>(rng: &mut ChaCha8Rng, size: f64) -> SMatrix<f64, D, D> {
+pub(crate) fn positive<const D: usize>(rng: &mut ChaCha8Rng, size: f64) -> SMatrix<f64, D, D> {
     let a = SMatrix::<f64, D, D>::from_fn(|_, _| rng.random_range(-1.0..1.0));
     (a * a.transpose() + SMatrix::identity()) * size
 }
 
 /// A walk of `count` poses with `loops` closures between random pairs, noisy measurements with full information
 /// matrices, and starts off the truth by `start`.
-pub struct Walk<G> {
-    pub graph: Graph,
-    pub values: Values,
-    pub keys: Vec<Key<G>>,
-    pub truth: Vec<G>,
+pub(crate) struct Walk<G> {
+    pub(crate) graph: Graph,
+    pub(crate) values: Values,
+    pub(crate) keys: Vec<Key<G>>,
+    pub(crate) truth: Vec<G>,
 }
 
-pub fn walk<G: GroupVariable<D>, const D: usize>(
+pub(crate) fn walk<G: GroupVariable<D>, const D: usize>(
     seed: u64,
     count: usize,
     loops: usize,

@@ -130,7 +130,7 @@ fn anchored<const N: usize>(known: &[bool], value: impl Fn(usize) -> SVector<f64
 
 /// Solves linear least-squares problems that differ in their held values only: one factorisation for all.
 fn solve_linear(sets: &[Box<dyn AnySet>], mut problems: Vec<Values>) -> Result<Vec<Values>, GraphError> {
-    let structure = Structure::new(sets, &problems[0]);
+    let structure = Structure::new(sets, &problems[0])?;
     let mut evaluator = Evaluator::new(sets, 1);
     let mut cholesky = Cholesky::new(&structure.pattern, 1)?;
     let mut normal = structure.normal();

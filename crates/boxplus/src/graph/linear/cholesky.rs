@@ -5,10 +5,10 @@
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::llt::factor::LltRegularization;
-use faer::sparse::linalg::amd;
 use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
 };
+use faer::sparse::linalg::{SupernodalThreshold, amd};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side, Spec};
 
@@ -51,7 +51,11 @@ impl Cholesky {
             SymbolicSparseColMatRef::new_checked(size, size, &upper.starts, None, &upper.rows),
             Side::Upper,
             SymmetricOrdering::Identity,
-            CholeskySymbolicParams::default(),
+            CholeskySymbolicParams {
+                // Dense kernels pay at every size met: pose graphs have blocks of 3 and 6 from the start.
+                supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
+                ..CholeskySymbolicParams::default()
+            },
         )
         .map_err(|_| GraphError::OutOfMemory)?;
         let scratch = StackReq::any_of(&[
@@ -59,7 +63,9 @@ impl Cholesky {
             symbolic.solve_in_place_scratch::<f64>(columns, Par::Seq),
         ]);
         let memory = MemBuffer::try_new(scratch).map_err(|_| GraphError::OutOfMemory)?;
-        let factor = vec![0.0; symbolic.len_val()];
+        let mut factor = vec![];
+        factor.try_reserve_exact(symbolic.len_val()).map_err(|_| GraphError::OutOfMemory)?;
+        factor.resize(symbolic.len_val(), 0.0);
         Ok(Self { size, symbolic, factor, memory, columns })
     }
 

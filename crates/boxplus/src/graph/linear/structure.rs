@@ -5,6 +5,7 @@
 //! minimum degree on the graph of variables, not of scalars), so that the factorisation permutes nothing.
 
 use super::cholesky::minimum_degree;
+use crate::graph::GraphError;
 use crate::graph::factor::AnySet;
 use crate::graph::values::{Offsets, Values, VariableId};
 
@@ -70,7 +71,10 @@ enum PlaceKind {
 
 impl Structure {
     /// Orders the free variables of the sets and lays out the matrix.
-    pub(crate) fn new(sets: &[Box<dyn AnySet>], values: &Values) -> Self {
+    ///
+    /// # Errors
+    /// [`GraphError::OutOfMemory`] beyond 2³² numbers in the triangle.
+    pub(crate) fn new(sets: &[Box<dyn AnySet>], values: &Values) -> Result<Self, GraphError> {
         let free: Vec<VariableId> = values.ids().filter(|&id| !values.is_held(id)).collect();
         let mut index = Offsets::none(values);
         free.iter().enumerate().for_each(|(i, &id)| index.set(id, i));
@@ -93,7 +97,12 @@ impl Structure {
         }
         pairs.sort_unstable();
         pairs.dedup();
-        Self::lay_out(sets, values, variables, &pairs, unread)
+        let dim = |i: u32| values.dim(variables[i as usize]);
+        let entries: usize = pairs.iter().map(|&(a, b)| dim(a) * dim(b)).sum();
+        if u32::try_from(entries).is_err() {
+            return Err(GraphError::OutOfMemory);
+        }
+        Ok(Self::lay_out(sets, values, variables, &pairs, unread))
     }
 
     /// Lays out the matrix for variables in this order; `pairs` are sorted (column, row) blocks with the diagonal.

@@ -91,7 +91,7 @@ pub(super) fn optimize(
     let clock = Clock::start();
     let mut values = initial.clone();
     let gauge = gauge::fix(sets, &mut values);
-    let structure = Structure::new(sets, &values);
+    let structure = Structure::new(sets, &values)?;
     let mut evaluator = Evaluator::new(sets, options.threads);
     let cholesky = Cholesky::new(&structure.pattern, 1)?;
     let report = SolveReport {

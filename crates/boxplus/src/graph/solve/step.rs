@@ -95,9 +95,10 @@ impl Region {
         self.steps = None;
     }
 
-    /// max |gᵢ|/√Dᵢ.
+    /// max |gᵢ|/√Dᵢ, infinite where a derivative is not finite: a minimum there is no minimum.
     pub(crate) fn scaled_gradient(&self, normal: &Normal) -> f64 {
-        normal.gradient.iter().zip(&self.diagonal).map(|(g, d)| g.abs() / d.sqrt()).fold(0.0, f64::max)
+        let scaled = normal.gradient.iter().zip(&self.diagonal).map(|(g, d)| g.abs() / d.sqrt());
+        scaled.fold(0.0, |max, x| if x.is_finite() { max.max(x) } else { f64::INFINITY })
     }
 
     /// λ, the radius, or 0.

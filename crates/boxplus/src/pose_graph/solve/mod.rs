@@ -1,9 +1,11 @@
 //! The optimum of a pose graph, and how good it is.
 //!
 //! ```
-//! use boxplus::pose_graph::{solve, simulate, SolveSettings};
-//! let world = simulate::Simulator::Manhattan.run(&simulate::Options { size: 100, ..Default::default() })?;
-//! let solved = solve::solve(&world.graph, &SolveSettings::default())?;
+//! use boxplus::pose_graph::SolveSettings;
+//! use boxplus::pose_graph::simulate::{Options, Simulator};
+//! use boxplus::pose_graph::solve::solve;
+//! let world = Simulator::Manhattan.simulate(&Options { size: Some(400), ..Options::default() })?;
+//! let solved = solve(&world.graph, &SolveSettings::default())?;
 //! assert!(solved.report.converged());
 //! assert!(solved.cost < solved.initial_cost);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -161,6 +163,8 @@ pub struct Solved {
     pub report: SolveReport,
     /// The directions that nothing constrains.
     pub unconstrained: Option<Unconstrained>,
+    /// Parts of the graph that no measurement joins: they have no place relative to each other.
+    pub parts: usize,
     /// χ² of every measurement, in the order of [`PoseGraph::constraints`]; NaN where it was left out.
     pub chi2: Vec<f64>,
     /// The measurements whose information matrix had to be mended or left out.
@@ -185,11 +189,6 @@ impl Solved {
         all.sort_by(|a, b| b.chi2.total_cmp(&a.chi2));
         all.truncate(count);
         all
-    }
-
-    /// Parts of the graph that no measurement joins: each has a place of its own.
-    pub fn parts(&self) -> usize {
-        self.report.gauge.len().max(1)
     }
 }
 
@@ -289,6 +288,7 @@ pub fn solve_observed(
         initial_cost: scale * report.initial_cost,
         cost: scale * report.cost,
         chi2: problem.chi2(&solution.values),
+        parts: problem.factors.parts(&problem.values).len(),
         mended: problem.mended,
         unconstrained: solution.unconstrained,
         report,

@@ -1,0 +1,59 @@
+//! The folders tell the truth: a module imports only from those before it, and one file alone names the sparse backend.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The modules in reading order.
+const ORDER: [&str; 4] = ["lie", "graph", "pose_graph", "io"];
+
+fn sources(folder: &Path) -> Vec<PathBuf> {
+    let mut found = vec![];
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            found.extend(sources(&path));
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            found.push(path);
+        }
+    }
+    found.sort();
+    found
+}
+
+/// Source without comments, so that docs may point anywhere.
+fn code(path: &Path) -> String {
+    let text = fs::read_to_string(path).unwrap();
+    text.lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn a_module_imports_only_from_those_before_it() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    for (level, module) in ORDER.iter().enumerate() {
+        for path in sources(&root.join(module)) {
+            for later in &ORDER[level + 1..] {
+                let import = format!("crate::{later}");
+                assert!(!code(&path).contains(&import), "{} imports {import}", path.display());
+            }
+        }
+    }
+}
+
+#[test]
+fn one_file_names_the_sparse_backend() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let naming: Vec<_> = sources(&root).into_iter().filter(|path| code(path).contains("faer::")).collect();
+    assert_eq!(naming, [root.join("graph/linear/cholesky.rs")]);
+}
+
+#[test]
+fn no_file_is_longer_than_a_person_reads_in_a_sitting() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    for path in sources(&root) {
+        let text = code(&path);
+        let own = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
+        let lines = own.lines().filter(|line| !line.trim().is_empty()).count();
+        assert!(lines <= 400, "{} has {lines} lines of code", path.display());
+    }
+}
