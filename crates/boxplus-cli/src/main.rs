@@ -1,1 +1,56 @@
-fn main() {}
+//! The boxplus command line: flags and files in, a call of the library, a report out.
+
+mod args;
+mod before_after;
+mod choices;
+mod convert;
+mod draw;
+mod error;
+mod excerpt;
+mod info;
+mod input;
+mod interrupt;
+mod output;
+mod plot;
+mod progress;
+mod refusal;
+mod report;
+mod simulate;
+mod solve;
+mod text;
+
+use std::process::ExitCode;
+
+use args::{Cli, Completions, Verb};
+use clap::{CommandFactory, Parser};
+use error::{Error, Outcome};
+use output::Console;
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    match run(&cli) {
+        Ok(outcome) => outcome.exit_code(),
+        Err(error) if error.is_broken_pipe() => ExitCode::SUCCESS,
+        Err(error) => error.report(),
+    }
+}
+
+fn run(cli: &Cli) -> Result<Outcome, Error> {
+    let global = &cli.global;
+    let console = Console::new(global.json, global.quiet, global.verbose);
+    match &cli.verb {
+        Verb::Solve(options) => return solve::run(options, global, console),
+        Verb::Info(options) => info::run(options, global, console)?,
+        Verb::Convert(options) => convert::run(options, global, console)?,
+        Verb::Simulate(options) => simulate::run(options, global, console)?,
+        Verb::Plot(options) => plot::run(options, global, console)?,
+        Verb::Completions(options) => completions(options)?,
+    }
+    Ok(Outcome::Done)
+}
+
+fn completions(options: &Completions) -> Result<(), Error> {
+    let mut script = Vec::new();
+    clap_complete::generate(options.shell, &mut Cli::command(), "boxplus", &mut script);
+    output::write("-".as_ref(), &script)
+}

@@ -163,6 +163,11 @@ pub struct Constraint<'a> {
 }
 
 impl<'a> Constraint<'a> {
+    /// Degrees of freedom: the dimension of its residual.
+    pub fn dof(&self) -> usize {
+        self.information.len().isqrt()
+    }
+
     fn edge<Z, const D: usize>(kind: Kind, e: &'a Edge<Z, D>, measured: fn(&'a Z) -> Measured<'a>) -> Self {
         Self {
             kind,

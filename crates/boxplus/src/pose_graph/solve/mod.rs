@@ -182,7 +182,7 @@ impl Solved {
             to: c.to,
             line: c.line,
             chi2,
-            dof: c.information.len().isqrt(),
+            dof: c.dof(),
         };
         let mut all: Vec<_> =
             self.graph.constraints().zip(&self.chi2).map(misfit).filter(|m| !m.chi2.is_nan()).collect();
@@ -214,6 +214,28 @@ pub enum PoseGraphError {
     /// The solver refused.
     #[error(transparent)]
     Graph(#[from] GraphError),
+}
+
+impl PoseGraph {
+    /// χ² = ‖U·r‖² of every measurement at the values that the graph holds, in the order of [`PoseGraph::constraints`]:
+    /// without kernel, NaN where a measurement is left out or a vertex has no value.
+    ///
+    /// # Errors
+    /// [`PoseGraphError`], where the graph is faulty.
+    pub fn chi2(&self, settings: &SolveSettings) -> Result<Vec<f64>, PoseGraphError> {
+        let problem = Problem::new(self, settings)?;
+        Ok(problem.chi2(&problem.values))
+    }
+
+    /// The graph with its vertices at the first estimate that [`solve`] would start from.
+    ///
+    /// # Errors
+    /// As [`solve`].
+    pub fn initialised(&self, settings: &SolveSettings) -> Result<PoseGraph, PoseGraphError> {
+        let problem = Problem::new(self, settings)?;
+        let start = problem.factors.initialise(&problem.values, settings.initial)?;
+        Ok(with_values(self, &start.values))
+    }
 }
 
 /// Finds the optimum of a pose graph: initialises, optimises, and judges the result.

@@ -1,0 +1,266 @@
+//! The command line as data.
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+use boxplus::pose_graph::simulate::Simulator;
+use clap::{Args, Parser, Subcommand, ValueHint};
+use clap_complete::Shell;
+
+use crate::choices::{Algorithm, Chart, Format, Indefinite, Init, Robust, simulator};
+
+const EXAMPLES: &str = "\
+Examples:
+  boxplus solve demo:sphere --plot sphere.svg      solve a simulated graph and draw it
+  boxplus solve map.g2o -o solved.g2o              solve a file and save the result
+  boxplus info map.g2o                             what is in it, and what is wrong with it
+  boxplus convert map.g2o map.graph                from g2o to TORO
+
+Exit codes: 0 done; 1 output cannot be written; 2 usage; 3 unreadable or malformed input;
+4 the data do not determine an answer; 5 not converged; 130 interrupted.";
+
+/// State estimation on Lie groups: solve, inspect, convert, simulate and draw pose graphs.
+#[derive(Debug, Parser)]
+#[command(name = "boxplus", version, propagate_version = true, arg_required_else_help = true, after_help = EXAMPLES)]
+pub struct Cli {
+    #[command(flatten)]
+    pub global: Global,
+    #[command(subcommand)]
+    pub verb: Verb,
+}
+
+/// Options of every verb.
+#[derive(Args, Clone, Copy, Debug)]
+#[command(next_help_heading = "Global options")]
+pub struct Global {
+    /// Print one JSON document on standard output, all else on standard error.
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// Print nothing but errors.
+    #[arg(short, long, global = true)]
+    pub quiet: bool,
+    /// Print details.
+    #[arg(short, long, global = true, conflicts_with = "quiet")]
+    pub verbose: bool,
+    /// Threads; one per core unless given. No digit of a result depends on it.
+    #[arg(long, global = true, value_name = "N", env = "BOXPLUS_THREADS")]
+    pub threads: Option<NonZeroUsize>,
+    /// Seed of simulated graphs.
+    #[arg(long, global = true, value_name = "N", env = "BOXPLUS_SEED")]
+    pub seed: Option<u64>,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub enum Verb {
+    /// Find the most likely poses of a graph.
+    #[command(after_help = SOLVE_EXAMPLES)]
+    Solve(Box<Solve>),
+    /// Say what is in a file, and what is wrong with it.
+    #[command(after_help = INFO_EXAMPLES)]
+    Info(Info),
+    /// Translate a file to another format.
+    #[command(after_help = CONVERT_EXAMPLES)]
+    Convert(Convert),
+    /// Make a graph whose true poses are known.
+    #[command(after_help = SIMULATE_EXAMPLES)]
+    Simulate(Simulate),
+    /// Draw a graph as it is in the file.
+    #[command(after_help = PLOT_EXAMPLES)]
+    Plot(Plot),
+    /// Print the completions of a shell.
+    #[command(after_help = COMPLETIONS_EXAMPLES)]
+    Completions(Completions),
+}
+
+const SOLVE_EXAMPLES: &str = "\
+Examples:
+  boxplus solve demo:sphere --size 900 --noise 2 --seed 7 --plot sphere.png
+  boxplus solve map.g2o -o solved.g2o --json > report.json
+  boxplus solve map.g2o --robust cauchy:1 --init chordal
+  gzip -dc map.g2o.gz | boxplus solve - -o - > solved.g2o
+
+The cost is ½ Σ eᵀΩe, and --chart says what e is: the full logarithm on the group (log), or what g2o, Ceres' pose-graph
+example and SE-Sync minimise. All four are printed at the result. Ctrl-C stops after the iteration under way and keeps
+the best poses so far; a second one aborts.";
+
+/// Options of `solve`.
+#[derive(Args, Debug)]
+pub struct Solve {
+    #[command(flatten)]
+    pub input: Input,
+    /// Write the solved graph here; the ending says the format, `-` is standard output.
+    #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub output: Option<PathBuf>,
+    /// Format of --output, where its name does not say.
+    #[arg(long, value_name = "FORMAT", requires = "output")]
+    pub to: Option<Format>,
+    /// Draw the graph before and after, as .svg or .png.
+    #[arg(long, value_name = "PICTURE", value_hint = ValueHint::FilePath)]
+    pub plot: Option<PathBuf>,
+    /// Draw 95 % ellipses of the positions, too.
+    #[arg(long, requires = "plot")]
+    pub covariance: bool,
+    #[command(flatten)]
+    pub method: Method,
+}
+
+/// How `solve` solves.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Method")]
+pub struct Method {
+    /// How the optimiser moves.
+    #[arg(long, value_name = "NAME", default_value = "lm")]
+    pub algorithm: Algorithm,
+    /// Where it starts.
+    #[arg(long, value_name = "NAME", default_value = "auto")]
+    pub init: Init,
+    /// What the residual of an edge is.
+    #[arg(long, value_name = "NAME", default_value = "log")]
+    pub chart: Chart,
+    /// Robust kernel against outliers, its scale in standard deviations: huber, pseudo-huber, cauchy, geman-mcclure,
+    /// welsch, tukey, fair, dcs, barron.
+    #[arg(long, value_name = "KERNEL[:SCALE]")]
+    pub robust: Option<Robust>,
+    /// Hold a vertex where it is; may be given again.
+    #[arg(long, value_name = "ID")]
+    pub fix: Vec<u64>,
+    /// Edges whose information matrix is not positive definite.
+    #[arg(long, value_name = "POLICY", default_value = "refuse")]
+    pub indefinite: Indefinite,
+    /// Stop after so many steps.
+    #[arg(long, value_name = "N")]
+    pub max_iterations: Option<usize>,
+    /// Stop when a step lowers the cost by less than this part of it.
+    #[arg(long, value_name = "X", value_parser = tolerance)]
+    pub relative_cost: Option<f64>,
+    /// Stop when the gradient is below this, in standard deviations.
+    #[arg(long, value_name = "X", value_parser = tolerance)]
+    pub gradient: Option<f64>,
+    /// Stop when the step is below this, in standard deviations.
+    #[arg(long, value_name = "X", value_parser = tolerance)]
+    pub step: Option<f64>,
+}
+
+const INFO_EXAMPLES: &str = "\
+Examples:
+  boxplus info map.g2o
+  boxplus info map.g2o.gz --json | jq .loop_closures";
+
+/// Options of `info`.
+#[derive(Args, Debug)]
+pub struct Info {
+    #[command(flatten)]
+    pub input: Input,
+}
+
+const CONVERT_EXAMPLES: &str = "\
+Examples:
+  boxplus convert map.g2o map.graph
+  boxplus convert map.g2o map.g2o.gz
+  boxplus convert - solved.g2o --from toro < map.txt";
+
+/// Options of `convert`.
+#[derive(Args, Debug)]
+pub struct Convert {
+    #[command(flatten)]
+    pub input: Input,
+    /// Where to write; `-` is standard output, an ending in .gz packs.
+    #[arg(value_name = "OUT", value_hint = ValueHint::FilePath)]
+    pub output: PathBuf,
+    /// Format of OUT, where its name does not say.
+    #[arg(long, value_name = "FORMAT")]
+    pub to: Option<Format>,
+}
+
+const SIMULATE_EXAMPLES: &str = "\
+Examples:
+  boxplus simulate sphere -o sphere.g2o --truth truth.g2o
+  boxplus simulate grid --size 8000 --noise 0.5 --seed 7 -o grid.g2o";
+
+/// Options of `simulate`.
+#[derive(Args, Debug)]
+pub struct Simulate {
+    /// What to simulate.
+    #[arg(value_name = "NAME", value_parser = simulator())]
+    pub name: Simulator,
+    #[command(flatten)]
+    pub world: World,
+    /// Write the graph here, as a robot would have measured it; `-` is standard output.
+    #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub output: PathBuf,
+    /// Write the true poses here, too.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub truth: Option<PathBuf>,
+    /// Format of the files, where their names do not say.
+    #[arg(long, value_name = "FORMAT")]
+    pub to: Option<Format>,
+}
+
+const PLOT_EXAMPLES: &str = "\
+Examples:
+  boxplus plot map.g2o -o map.svg
+  boxplus plot demo:torus -o torus.png";
+
+/// Options of `plot`.
+#[derive(Args, Debug)]
+pub struct Plot {
+    #[command(flatten)]
+    pub input: Input,
+    /// The picture, .svg or .png.
+    #[arg(short, long, value_name = "PICTURE", value_hint = ValueHint::FilePath)]
+    pub output: PathBuf,
+}
+
+const COMPLETIONS_EXAMPLES: &str = "\
+Examples:
+  boxplus completions bash > ~/.local/share/bash-completion/completions/boxplus
+  boxplus completions zsh > ~/.zfunc/_boxplus
+  boxplus completions fish > ~/.config/fish/completions/boxplus.fish";
+
+/// Options of `completions`.
+#[derive(Args, Debug)]
+pub struct Completions {
+    /// Whose completions.
+    #[arg(value_name = "SHELL")]
+    pub shell: Shell,
+}
+
+/// Where a graph comes from.
+#[derive(Args, Debug)]
+pub struct Input {
+    /// A file (plain or gzip), `-` for standard input, or `demo:NAME` for a simulated graph: sphere, torus, grid,
+    /// manhattan, garage, landmarks.
+    #[arg(value_name = "INPUT", value_hint = ValueHint::FilePath)]
+    pub source: PathBuf,
+    /// Format of the input, where its name and content do not say.
+    #[arg(long, value_name = "FORMAT")]
+    pub from: Option<Format>,
+    #[command(flatten)]
+    pub world: World,
+}
+
+const SIMULATED: &str = "Simulated graphs";
+
+/// The size of a simulated world.
+#[derive(Args, Clone, Copy, Debug, Default, PartialEq)]
+pub struct World {
+    /// Number of poses.
+    #[arg(long, value_name = "N", help_heading = SIMULATED)]
+    pub size: Option<usize>,
+    /// Noise of its measurements as a multiple of the usual; 0 is none.
+    #[arg(long, value_name = "X", value_parser = tolerance, help_heading = SIMULATED)]
+    pub noise: Option<f64>,
+    /// The chance that a loop closure is of another place than it says.
+    #[arg(long, value_name = "P", value_parser = tolerance, help_heading = SIMULATED)]
+    pub outliers: Option<f64>,
+}
+
+/// A number that is finite and not negative.
+fn tolerance(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if x >= 0.0 && x.is_finite() => Ok(x),
+        Ok(_) => Err("must be zero or more, and finite".to_owned()),
+        Err(_) => Err("is not a number".to_owned()),
+    }
+}

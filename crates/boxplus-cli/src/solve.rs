@@ -1,0 +1,113 @@
+//! `boxplus solve`: read, optimise, report, write.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::time::Instant;
+
+use boxplus::graph::{Kernel, SolveOptions, Termination};
+use boxplus::pose_graph::solve::{Progress as Event, solve_observed};
+use boxplus::pose_graph::{SolveSettings, Solved};
+
+use crate::args::{Global, Method, Solve};
+use crate::before_after;
+use crate::choices::Format;
+use crate::convert::{format, save};
+use crate::error::{Error, Outcome};
+use crate::input::{self, Loaded};
+use crate::interrupt;
+use crate::output::Console;
+use crate::plot::{self, Picture};
+use crate::progress::Progress;
+use crate::report::SolveDocument;
+use crate::text::significant;
+
+/// Reads, optimises, reports and writes.
+pub fn run(options: &Solve, global: &Global, console: Console) -> Result<Outcome, Error> {
+    let started = Instant::now();
+    let output = options.output.as_deref().map(|path| result_format(path, options.to)).transpose()?;
+    let picture = options.plot.as_deref().map(Picture::of).transpose()?;
+    let console = console.beside(options.output.as_deref());
+    interrupt::watch();
+
+    let loaded = input::load(&options.input, global, console)?;
+    let settings = settings(&options.method, global);
+    let solved = optimise(&loaded, &settings, console)?;
+
+    let mut document = SolveDocument::new(&loaded, &options.method, &solved, started.elapsed().as_secs_f64());
+    if !console.is_json() {
+        console.say(&document.screen(console.is_verbose()))?;
+    }
+    if let Some((path, format)) = options.output.as_deref().zip(output) {
+        save(&solved.graph, path, format, console)?;
+        document.wrote(path);
+    }
+    if let Some((path, picture)) = options.plot.as_deref().zip(picture) {
+        let figure = before_after::figure(&loaded, &settings, &solved, options.covariance, console)?;
+        plot::save(&figure, picture, path, console)?;
+        document.wrote(path);
+    }
+    if console.is_json() {
+        console.document(&document)?;
+    }
+    Ok(outcome(&solved, options.output.is_some(), console))
+}
+
+/// The format of the result, which must hold poses.
+fn result_format(path: &Path, asked: Option<Format>) -> Result<Format, Error> {
+    match format(path, asked)? {
+        Format::Isam => Err(Error::Usage {
+            message: "an iSAM file holds measurements only: the solved poses would be lost".to_owned(),
+            help: Some("write .g2o or .graph (TORO)".to_owned()),
+        }),
+        format => Ok(format),
+    }
+}
+
+fn settings(method: &Method, global: &Global) -> SolveSettings {
+    let usual = SolveOptions::default();
+    SolveSettings {
+        chart: method.chart.library(),
+        initial: method.init.library(),
+        kernel: method.robust.as_ref().map_or(Kernel::None, |robust| robust.kernel),
+        fixed: method.fix.clone(),
+        indefinite: method.indefinite.library(),
+        options: SolveOptions {
+            algorithm: method.algorithm.library(),
+            max_iterations: method.max_iterations.unwrap_or(usual.max_iterations),
+            relative_cost: method.relative_cost.unwrap_or(usual.relative_cost),
+            gradient: method.gradient.unwrap_or(usual.gradient),
+            step: method.step.unwrap_or(usual.step),
+            threads: global.threads.map_or(usual.threads, usize::from),
+            ..usual
+        },
+    }
+}
+
+fn optimise(loaded: &Loaded, settings: &SolveSettings, console: Console) -> Result<Solved, Error> {
+    let progress = Progress::start(console, "looking for a first estimate");
+    let mut steps = 0;
+    let observe = &mut |event: Event<'_>| {
+        match event {
+            Event::Initialised(_, cost) => progress.now(format!("optimising from cost {}", significant(cost, 6))),
+            Event::Iteration(iteration) => {
+                steps += 1;
+                progress.now(format!("step {steps}, cost {}", significant(iteration.cost, 6)));
+            }
+        }
+        if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    solve_observed(&loaded.graph, settings, observe).map_err(|error| loaded.refusal(error))
+}
+
+fn outcome(solved: &Solved, saved: bool, console: Console) -> Outcome {
+    if solved.report.termination == Termination::Interrupted {
+        let kept = if saved { "the best poses so far are saved" } else { "nothing is saved; give -o FILE to keep the poses" };
+        console.warn(&format!("stopped as asked: {kept}"));
+        return Outcome::Interrupted;
+    }
+    if let Some(unconstrained) = &solved.unconstrained {
+        console.warn(&format!("{unconstrained}"));
+        return Outcome::Undetermined;
+    }
+    if solved.report.converged() { Outcome::Done } else { Outcome::NotConverged }
+}
