@@ -21,3 +21,8 @@ pub mod lie;
 mod partition;
 #[cfg(feature = "io")]
 pub mod pose_graph;
+
+/// The README's example is a test.
+#[cfg(all(doctest, feature = "solve"))]
+#[doc = include_str!("../../../README.md")]
+pub struct Readme;
