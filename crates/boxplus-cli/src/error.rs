@@ -92,7 +92,8 @@ impl Error {
             return Self::Unreadable { message: format!("{}: {message}", error.name), help };
         };
         let excerpt = Excerpt::new(&error.name, &text, place.span.clone());
-        let label = place.expected().map_or("here".to_owned(), |expected| format!("{expected} expected here"));
+        let label =
+            place.expected().map_or("here".to_owned(), |expected| format!("{expected} expected here"));
         Self::Malformed { message, help, span: excerpt.span(), excerpt, label }
     }
 

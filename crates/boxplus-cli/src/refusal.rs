@@ -35,9 +35,13 @@ impl Loaded {
         let message = format!("{first}{others}");
         let help = Some(self.help(first, faults.len()));
         match self.line(first.line().0) {
-            Some(excerpt) => {
-                Error::Malformed { message, help, span: excerpt.span(), excerpt, label: "read here".to_owned() }
-            }
+            Some(excerpt) => Error::Malformed {
+                message,
+                help,
+                span: excerpt.span(),
+                excerpt,
+                label: "read here".to_owned(),
+            },
             None => Error::Unreadable { message: format!("{}: {message}", self.name), help },
         }
     }
@@ -47,7 +51,9 @@ impl Loaded {
             Fault::Information { .. } => {
                 "--indefinite clamp makes such matrices positive definite, --indefinite skip leaves such edges out"
             }
-            Fault::MissingVertex { .. } => "add the vertex, or remove the line; a file without any vertex is fine, too",
+            Fault::MissingVertex { .. } => {
+                "add the vertex, or remove the line; a file without any vertex is fine, too"
+            }
             _ => "correct or remove the line",
         };
         if count > 1 { format!("{mend}; {}", self.look()) } else { mend.to_owned() }

@@ -101,6 +101,17 @@ fn bad_information_is_refused_by_name_or_mended_as_asked() {
 }
 
 #[test]
+fn what_is_beyond_mending_is_still_refused_by_name() {
+    let graph = read("EDGE_SE2 0 1 1 0 0 -1 0 0 -1 0 -1\nEDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\n");
+    let clamp = SolveSettings { indefinite: Indefinite::Clamp, ..SolveSettings::default() };
+    let error = solve(&graph, &clamp).err().unwrap();
+    assert!(error.to_string().contains("not positive definite"), "{error}");
+    // One negative eigenvalue can be raised, also where the weights of SE-Sync are derived from it.
+    let graph = read("EDGE_SE2 0 1 1 0 0 1 0 0 -1 0 1\nEDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\n");
+    assert!(solve(&graph, &clamp).unwrap().costs.se_sync < 1e-15);
+}
+
+#[test]
 fn dangling_edges_are_refused_by_name() {
     let graph = read("VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 0 0\nEDGE_SE2 0 5 1 0 0 1 0 0 1 0 1\n");
     let error = solve(&graph, &SolveSettings::default()).err().unwrap();

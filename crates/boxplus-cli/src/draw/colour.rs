@@ -26,7 +26,8 @@ const DECADES: i32 = 6;
 
 /// `colour` with `amount` ∈ \[0, 1\] of the paper mixed in.
 pub fn fade(colour: Color, amount: f64) -> Color {
-    let mix = |c: u8, p: u8| (f64::from(c) + amount.clamp(0.0, 1.0) * (f64::from(p) - f64::from(c))).round() as u8;
+    let mix =
+        |c: u8, p: u8| (f64::from(c) + amount.clamp(0.0, 1.0) * (f64::from(p) - f64::from(c))).round() as u8;
     Color { r: mix(colour.r, PAPER.r), g: mix(colour.g, PAPER.g), b: mix(colour.b, PAPER.b) }
 }
 

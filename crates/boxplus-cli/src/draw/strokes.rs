@@ -116,7 +116,10 @@ mod tests {
 
     #[test]
     fn what_cannot_be_seen_is_left_out() {
-        assert!(data(&[((0.0, 0.0), (0.01, 0.0)), ((f64::NAN, 0.0), (1.0, 0.0)), ((1e9, 0.0), (1.0, 0.0))]).is_empty());
+        assert!(
+            data(&[((0.0, 0.0), (0.01, 0.0)), ((f64::NAN, 0.0), (1.0, 0.0)), ((1e9, 0.0), (1.0, 0.0))])
+                .is_empty()
+        );
     }
 
     #[test]
