@@ -9,7 +9,7 @@ use nalgebra::{SMatrix, SVector};
 use super::linear::structure::{Normal, SetPlan};
 use super::noise::Noise;
 use super::robust::Kernel;
-use super::values::{Key, Values, VariableId};
+use super::values::{Key, Offsets, Values, VariableId};
 use super::variable::{JacobianBlock, TangentResidual, Variable};
 use crate::lie::Real;
 
@@ -297,8 +297,17 @@ pub(crate) trait AnySet: Any + Send + Sync {
     fn is_relative(&self) -> bool;
     fn len(&self) -> usize;
     fn dims(&self) -> &'static [usize];
+    /// The kinds of the variables that each factor reads, and their slots.
+    fn kinds(&self) -> &'static [fn() -> TypeId];
+    fn slots(&self, index: usize) -> &Slots;
     /// The variables of a factor.
-    fn ids(&self, index: usize) -> Vec<VariableId>;
+    fn ids(&self, index: usize) -> Vec<VariableId> {
+        self.kinds()
+            .iter()
+            .zip(self.slots(index))
+            .map(|(kind, &slot)| VariableId { kind: kind(), slot })
+            .collect()
+    }
     /// Cost of the factors of `range` in order; not a number where a variable has no value.
     fn cost(&self, values: &Values, range: Range<usize>) -> f64;
     /// ‖U·r‖² of one factor.
@@ -310,6 +319,28 @@ pub(crate) trait AnySet: Any + Send + Sync {
     fn set_kernel(&mut self, kernel: Kernel);
     fn as_any(&self) -> &dyn Any;
     fn as_any_mut(&mut self) -> &mut dyn Any;
+}
+
+/// Where the variables of a set's factors stand in an [`Offsets`] table, looked up without a search for each.
+pub(crate) struct Places<'a> {
+    set: &'a dyn AnySet,
+    tables: Vec<&'a [u32]>,
+}
+
+impl<'a> Places<'a> {
+    pub(crate) fn new(set: &'a dyn AnySet, offsets: &'a Offsets) -> Self {
+        Self { set, tables: set.kinds().iter().map(|kind| offsets.of(kind())).collect() }
+    }
+
+    /// The place of each variable of a factor, in order; `None` where it has none.
+    pub(crate) fn of(&self, factor: usize) -> impl Iterator<Item = Option<usize>> {
+        let place = |(table, &slot): (&&[u32], &u32)| table.get(slot as usize).copied();
+        self.tables
+            .iter()
+            .zip(self.set.slots(factor))
+            .map(place)
+            .map(|place| place.filter(|&place| place != Offsets::NONE).map(|place| place as usize))
+    }
 }
 
 impl<F: Factor<R>, const R: usize> AnySet for FactorSet<F, R> {
@@ -325,9 +356,11 @@ impl<F: Factor<R>, const R: usize> AnySet for FactorSet<F, R> {
     fn dims(&self) -> &'static [usize] {
         F::Variables::DIMS
     }
-    fn ids(&self, index: usize) -> Vec<VariableId> {
-        let kinds = F::Variables::kinds().iter();
-        kinds.zip(self.slots[index]).map(|(kind, slot)| VariableId { kind: kind(), slot }).collect()
+    fn kinds(&self) -> &'static [fn() -> TypeId] {
+        F::Variables::kinds()
+    }
+    fn slots(&self, index: usize) -> &Slots {
+        &self.slots[index]
     }
     fn cost(&self, values: &Values, range: Range<usize>) -> f64 {
         let stores = F::Variables::stores(values);

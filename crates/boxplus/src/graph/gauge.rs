@@ -1,6 +1,6 @@
 //! The gauge: relative measurements leave a whole connected part free to move; one of its variables is then held.
 
-use super::factor::AnySet;
+use super::factor::{AnySet, Places};
 use super::values::{Offsets, Values, VariableId};
 use crate::partition::Partition;
 
@@ -34,12 +34,13 @@ pub(crate) fn parts(sets: &[Box<dyn AnySet>], values: &Values) -> Vec<Part> {
     let mut read = vec![false; ids.len()];
     let mut tied: Vec<bool> = ids.iter().map(|&id| values.is_held(id)).collect();
     for set in sets {
+        let places = Places::new(set.as_ref(), &index);
         for factor in 0..set.len() {
-            let members: Vec<usize> = set.ids(factor).iter().filter_map(|&id| index.get(id)).collect();
-            for &i in &members {
+            let mut first = None;
+            for i in places.of(factor).flatten() {
                 read[i] = true;
                 tied[i] |= !set.is_relative();
-                partition.join(members[0], i);
+                partition.join(*first.get_or_insert(i), i);
             }
         }
     }

@@ -194,7 +194,7 @@ impl PoseGraph {
     /// All ids that a vertex or a measurement names.
     pub(super) fn ids(&self) -> Ids {
         let of_vertices = self.vertices().map(|(id, ..)| id);
-        Ids::new(of_vertices.chain(self.constraints().flat_map(|c| [c.from, c.to.unwrap_or(c.from)])))
+        Ids::new(of_vertices).with(self.constraints().flat_map(|c| [c.from, c.to.unwrap_or(c.from)]))
     }
 
     /// Which of the [`PoseGraph::ids`] hang together.

@@ -12,6 +12,12 @@ impl Ids {
         Self(ids)
     }
 
+    /// The set with `more` ids, most of which are known: only the new ones are sorted.
+    pub(super) fn with(self, more: impl Iterator<Item = u64>) -> Self {
+        let new: Vec<u64> = more.filter(|&id| self.index(id).is_none()).collect();
+        if new.is_empty() { self } else { Self::new(self.0.into_iter().chain(new)) }
+    }
+
     /// How many.
     pub(super) fn len(&self) -> usize {
         self.0.len()

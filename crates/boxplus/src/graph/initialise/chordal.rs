@@ -6,7 +6,7 @@
 //! ```
 //!
 //! The rows of the matrices are independent of each other and share one system: it is factorised once and solved for
-//! each row.
+//! each row. Both problems join the same poses, so that ordering and symbolic factorisation serve both.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -28,22 +28,20 @@ pub(crate) fn relax<P: Pose<N, D>, const N: usize, const D: usize>(
     if edges.is_empty() {
         return Ok(());
     }
+    let mut system = None;
     let mut poses: Vec<P> = values.slice::<P>().iter().map(|pose| pose.unwrap_or_else(P::identity)).collect();
-    let rotations = rotations(&edges, known, &poses)?;
+    let rotations = rotations(&edges, known, &poses, &mut system)?;
     for (pose, rotation) in poses.iter_mut().zip(&rotations) {
-        let (_, t) = pose.parts();
-        *pose = P::nearest(rotation, &t).unwrap_or(*pose);
+        *pose = P::nearest(rotation, &pose.parts().1).unwrap_or(*pose);
     }
-    let positions = positions(&edges, known, &poses)?;
+    let positions = positions(&edges, known, &poses, &mut system)?;
     let mut free = vec![false; known.len()];
     edges
         .iter()
         .flat_map(|edge| [edge.from, edge.to])
         .for_each(|slot| free[slot as usize] = !known[slot as usize]);
     for slot in (0..free.len()).filter(|&slot| free[slot]) {
-        if let Some(pose) = P::nearest(&poses[slot].parts().0, &positions[slot]) {
-            values.set(Key::new(slot as u32), pose)?;
-        }
+        values.set(Key::new(slot as u32), poses[slot].moved_to(&positions[slot]))?;
     }
     Ok(())
 }
@@ -78,6 +76,7 @@ fn rotations<P: Pose<N, D>, const N: usize, const D: usize>(
     edges: &[Edge<P, D>],
     known: &[bool],
     poses: &[P],
+    system: &mut Option<System>,
 ) -> Result<Vec<SMatrix<f64, N, N>>, GraphError> {
     let mut graph = Graph::new();
     for edge in edges {
@@ -88,7 +87,7 @@ fn rotations<P: Pose<N, D>, const N: usize, const D: usize>(
     }
     let rows: Vec<Values> =
         (0..N).map(|k| anchored(known, |slot| poses[slot].parts().0.row(k).transpose())).collect();
-    let rows = solve_linear(&graph.sets, rows)?;
+    let rows = solve_linear(system, &graph.sets, rows)?;
     let entry = |slot: usize, i: usize, j: usize| {
         rows[i].get(Key::<Rn<N>>::new(slot as u32)).map_or(0.0, |row| row.vector()[j])
     };
@@ -100,6 +99,7 @@ fn positions<P: Pose<N, D>, const N: usize, const D: usize>(
     edges: &[Edge<P, D>],
     known: &[bool],
     poses: &[P],
+    system: &mut Option<System>,
 ) -> Result<Vec<SVector<f64, N>>, GraphError> {
     let mut graph = Graph::new();
     for edge in edges {
@@ -110,7 +110,7 @@ fn positions<P: Pose<N, D>, const N: usize, const D: usize>(
         let displacement = Between::new(Rn::new(r * edge.measured.parts().1));
         graph.add((Key::new(edge.from), Key::new(edge.to)), displacement, noise);
     }
-    let solved = solve_linear(&graph.sets, vec![anchored(known, |slot| poses[slot].parts().1)])?;
+    let solved = solve_linear(system, &graph.sets, vec![anchored(known, |slot| poses[slot].parts().1)])?;
     let position =
         |slot: usize| solved[0].get(Key::<Rn<N>>::new(slot as u32)).map_or_else(SVector::zeros, Rn::vector);
     Ok((0..poses.len()).map(position).collect())
@@ -128,14 +128,34 @@ fn anchored<const N: usize>(known: &[bool], value: impl Fn(usize) -> SVector<f64
     values
 }
 
+/// What depends on the edges alone.
+struct System {
+    structure: Structure,
+    cholesky: Cholesky,
+}
+
+impl System {
+    fn new(sets: &[Box<dyn AnySet>], values: &Values) -> Result<Self, GraphError> {
+        let structure = Structure::new(sets, values)?;
+        let cholesky = Cholesky::new(&structure.pattern, 1)?;
+        Ok(Self { structure, cholesky })
+    }
+}
+
 /// Solves linear least-squares problems that differ in their held values only: one factorisation for all.
-fn solve_linear(sets: &[Box<dyn AnySet>], mut problems: Vec<Values>) -> Result<Vec<Values>, GraphError> {
-    let structure = Structure::new(sets, &problems[0])?;
+fn solve_linear(
+    system: &mut Option<System>,
+    sets: &[Box<dyn AnySet>],
+    mut problems: Vec<Values>,
+) -> Result<Vec<Values>, GraphError> {
+    let System { structure, cholesky } = match system {
+        Some(system) => system,
+        None => system.insert(System::new(sets, &problems[0])?),
+    };
     let mut evaluator = Evaluator::new(sets, 1);
-    let mut cholesky = Cholesky::new(&structure.pattern, 1)?;
     let mut normal = structure.normal();
     for (number, values) in problems.iter_mut().enumerate() {
-        evaluator.linearise(values, &structure, &mut normal);
+        evaluator.linearise(values, structure, &mut normal);
         if number == 0 {
             cholesky.factorise(&structure.pattern, &normal.matrix).map_err(|_| GraphError::IllConditioned)?;
         }

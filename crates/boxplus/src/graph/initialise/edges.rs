@@ -21,6 +21,8 @@ pub(crate) trait Pose<const N: usize, const D: usize>: GroupVariable<D> {
     fn parts(&self) -> (SMatrix<f64, N, N>, SVector<f64, N>);
     /// The pose at `t` with the rotation nearest to `m`, or `None` where several are equally near.
     fn nearest(m: &SMatrix<f64, N, N>, t: &SVector<f64, N>) -> Option<Self>;
+    /// The same rotation at `t`.
+    fn moved_to(&self, t: &SVector<f64, N>) -> Self;
     /// The relative poses of this kind.
     fn edges(sets: &[Box<dyn AnySet>]) -> Vec<Edge<Self, D>>;
     /// The rotational weight κ of a full information matrix.
@@ -35,6 +37,9 @@ impl Pose<2, 3> for SE2 {
     }
     fn nearest(m: &Matrix2<f64>, t: &Vector2<f64>) -> Option<Self> {
         Some(Self::from_parts(*t, SO2::project(m).ok()?))
+    }
+    fn moved_to(&self, t: &Vector2<f64>) -> Self {
+        Self::from_parts(*t, self.rotation())
     }
     fn edges(sets: &[Box<dyn AnySet>]) -> Vec<Edge<Self, 3>> {
         let mut edges = in_chart::<Self, Log, 3>(sets);
@@ -51,6 +56,9 @@ impl Pose<3, 6> for SE3 {
     }
     fn nearest(m: &Matrix3<f64>, t: &Vector3<f64>) -> Option<Self> {
         Some(Self::new(SO3::project(m).ok()?, *t))
+    }
+    fn moved_to(&self, t: &Vector3<f64>) -> Self {
+        Self::new(self.rotation(), *t)
     }
     fn edges(sets: &[Box<dyn AnySet>]) -> Vec<Edge<Self, 6>> {
         let mut edges = in_chart::<Self, Log, 6>(sets);

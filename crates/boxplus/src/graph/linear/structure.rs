@@ -6,7 +6,7 @@
 
 use super::cholesky::minimum_degree;
 use crate::graph::GraphError;
-use crate::graph::factor::AnySet;
+use crate::graph::factor::{AnySet, Places};
 use crate::graph::values::{Offsets, Values, VariableId};
 
 /// The matrix JᵀJ (lower triangle, compressed columns of [`Structure::pattern`]) and the vector Jᵀr.
@@ -79,7 +79,7 @@ impl Structure {
         let mut index = Offsets::none(values);
         free.iter().enumerate().for_each(|(i, &id)| index.set(id, i));
 
-        let mut pairs = pairs_of_variables(sets, &index);
+        let mut pairs = sorted(pairs_of_variables(sets, &index), free.len());
         let mut read = vec![false; free.len()];
         pairs.iter().for_each(|&(a, b)| (read[a as usize], read[b as usize]) = (true, true));
         let unread = free.iter().zip(&read).filter(|(_, read)| !**read).map(|(&id, _)| id).collect();
@@ -95,8 +95,7 @@ impl Structure {
             let (a, b) = (position[pair.0 as usize], position[pair.1 as usize]);
             *pair = (a.min(b), a.max(b));
         }
-        pairs.sort_unstable();
-        pairs.dedup();
+        let pairs = sorted(pairs, variables.len());
         let dim = |i: u32| values.dim(variables[i as usize]);
         let entries: usize = pairs.iter().map(|&(a, b)| dim(a) * dim(b)).sum();
         if u32::try_from(entries).is_err() {
@@ -173,21 +172,35 @@ impl Structure {
     }
 }
 
-/// Every pair of free variables that some factor joins, sorted, each once, with the diagonal.
+/// Every pair of free variables that some factor joins, with the diagonal, as often as it does.
 fn pairs_of_variables(sets: &[Box<dyn AnySet>], index: &Offsets) -> Vec<(u32, u32)> {
     let mut pairs = vec![];
     for set in sets {
+        let places = Places::new(set.as_ref(), index);
         for factor in 0..set.len() {
-            let free: Vec<u32> =
-                set.ids(factor).iter().filter_map(|&id| index.get(id)).map(|i| i as u32).collect();
-            for (q, &b) in free.iter().enumerate() {
-                pairs.extend(free[..=q].iter().map(|&a| (a.min(b), a.max(b))));
+            let free = || places.of(factor).flatten().map(|i| i as u32);
+            for (q, b) in free().enumerate() {
+                pairs.extend(free().take(q + 1).map(|a| (a.min(b), a.max(b))));
             }
         }
     }
-    pairs.sort_unstable();
-    pairs.dedup();
     pairs
+}
+
+/// The pairs (a, b), a < `count`, sorted and each once: by buckets of a, which are small.
+fn sorted(pairs: Vec<(u32, u32)>, count: usize) -> Vec<(u32, u32)> {
+    let mut starts = vec![0; count + 1];
+    pairs.iter().for_each(|&(a, _)| starts[a as usize + 1] += 1);
+    (0..count).for_each(|i| starts[i + 1] += starts[i]);
+    let mut next = starts.clone();
+    let mut sorted = vec![(0, 0); pairs.len()];
+    for pair in pairs {
+        sorted[next[pair.0 as usize]] = pair;
+        next[pair.0 as usize] += 1;
+    }
+    (0..count).for_each(|i| sorted[starts[i]..starts[i + 1]].sort_unstable());
+    sorted.dedup();
+    sorted
 }
 
 struct Layout<'a> {
@@ -203,14 +216,13 @@ struct Layout<'a> {
 impl Layout<'_> {
     fn plan(&self, set: &dyn AnySet) -> SetPlan {
         let mut plan = SetPlan { gradients: vec![], blocks: vec![] };
+        let places = Places::new(set, self.position);
         for factor in 0..set.len() {
-            let positions: Vec<Option<usize>> =
-                set.ids(factor).iter().map(|&id| self.position.get(id)).collect();
+            let positions = || places.of(factor).enumerate();
             plan.gradients
-                .extend(positions.iter().map(|p| p.map_or(Offsets::NONE, |p| self.starts[p] as u32)));
-            for (q, &b) in positions.iter().enumerate() {
-                plan.blocks
-                    .extend(positions[..=q].iter().enumerate().map(|(p, &a)| self.place(a, b, p == q)));
+                .extend(positions().map(|(_, p)| p.map_or(Offsets::NONE, |p| self.starts[p] as u32)));
+            for (q, b) in positions() {
+                plan.blocks.extend(positions().take(q + 1).map(|(p, a)| self.place(a, b, p == q)));
             }
         }
         plan
