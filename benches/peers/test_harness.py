@@ -65,7 +65,7 @@ def test_boxplus_is_stepped_to_the_first_iteration_within_the_goal(bench: Bench,
         ("import sys; sys.exit('no such flag')", "exit code 1: no such flag"),
         ("import os; os.abort()", "exit code -6: no message"),
         ("print('{}'); open(__import__('sys').argv[4], 'w').close()", "unreadable output"),
-        ("while True: pass", "timeout after 1 s of CPU time"),
+        ("while True: pass", "timeout after 1 s"),
     ],
 )
 def test_a_failing_solver_is_reported_and_not_repeated(bench: Bench, tmp_path: Path, program: str, status: str) -> None:

@@ -74,7 +74,8 @@ def main(path: str, method: str, output: str, max_iterations: str = "") -> None:
             recorder.stop()
             recorder.keep(iteration, poses(optimizer.values(), spatial))
             if done or not np.isfinite(error):
-                status = "converged" if done else "diverged"
+                # GTSAM, too, stops at the first step that raises the error.
+                status = "converged" if decrease >= 0 else "error increased"
                 break
     except RuntimeError as failure:
         recorder.stop()
