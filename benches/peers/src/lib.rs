@@ -1,0 +1,117 @@
+//! What the drivers of the Rust peers share: the command line, the stopwatch and the report of `drivers/record.py`.
+
+use std::{
+    any::Any,
+    env, fs, io,
+    panic::{AssertUnwindSafe, catch_unwind},
+    path::PathBuf,
+    time::{Duration, Instant},
+};
+
+use cpu_time::ProcessTime;
+
+/// `GRAPH.g2o METHOD POSES [MAX_ITERATIONS]`.
+#[derive(Debug)]
+pub struct Arguments {
+    /// The pose graph: vertices 0 … n−1 in order, then edges.
+    pub graph: PathBuf,
+    /// The algorithm.
+    pub method: String,
+    /// Where the poses of the recorded states go.
+    pub poses: PathBuf,
+    /// The solver's own default if absent.
+    pub max_iterations: Option<usize>,
+}
+
+impl Arguments {
+    /// Reads the process's arguments.
+    ///
+    /// # Errors
+    /// If one is missing or the last is no number.
+    pub fn parse() -> io::Result<Self> {
+        let invalid = |message: &str| io::Error::new(io::ErrorKind::InvalidInput, message);
+        let mut arguments = env::args().skip(1);
+        let mut next = |name: &str| arguments.next().ok_or_else(|| invalid(&format!("missing argument {name}")));
+        Ok(Self {
+            graph: next("GRAPH")?.into(),
+            method: next("METHOD")?,
+            poses: next("POSES")?.into(),
+            max_iterations: next("MAX_ITERATIONS")
+                .ok()
+                .map(|text| text.parse().map_err(|_| invalid("MAX_ITERATIONS is no number")))
+                .transpose()?,
+        })
+    }
+}
+
+/// A stopwatch of CPU and wall time that stands still while states are copied.
+#[derive(Debug, Default)]
+pub struct Recorder {
+    elapsed: [Duration; 2],
+    started: Option<(ProcessTime, Instant)>,
+    records: Vec<String>,
+    states: Vec<f64>,
+}
+
+impl Recorder {
+    /// Lets the time run.
+    pub fn start(&mut self) {
+        self.started = Some((ProcessTime::now(), Instant::now()));
+    }
+
+    /// Holds the time.
+    pub fn stop(&mut self) {
+        if let Some((cpu, wall)) = self.started.take() {
+            self.elapsed[0] += cpu.elapsed();
+            self.elapsed[1] += wall.elapsed();
+        }
+    }
+
+    /// Records a state at the time held: the coordinates of all poses in the order of their ids.
+    pub fn keep(&mut self, iteration: usize, state: impl IntoIterator<Item = f64>) {
+        let [cpu, wall] = self.seconds();
+        self.records.push(format!("[{iteration}, {cpu}, {wall}]"));
+        self.states.extend(state);
+    }
+
+    /// `stop`, `keep`, `start`: what an observer does.
+    pub fn observe(&mut self, iteration: usize, state: impl IntoIterator<Item = f64>) {
+        self.stop();
+        self.keep(iteration, state);
+        self.start();
+    }
+
+    /// Writes the states, prints the records.
+    ///
+    /// # Errors
+    /// If the file of poses cannot be written.
+    #[allow(clippy::print_stdout)]
+    pub fn report(&self, status: &str, poses: &PathBuf) -> io::Result<()> {
+        let bytes: Vec<u8> = self.states.iter().flat_map(|number| number.to_le_bytes()).collect();
+        fs::write(poses, bytes)?;
+        let [cpu, wall] = self.seconds();
+        let (records, status) = (self.records.join(", "), status.replace(['"', '\\', '\n'], " "));
+        println!(r#"{{"status": "{status}", "records": [{records}], "total": [{cpu}, {wall}]}}"#);
+        Ok(())
+    }
+
+    fn seconds(&self) -> [f64; 2] {
+        self.elapsed.map(|duration| duration.as_secs_f64())
+    }
+}
+
+/// Runs a solver; a panic of its becomes the status `Err("panic: …")`.
+///
+/// # Errors
+/// If the solver panicked.
+pub fn guarded<T>(solve: impl FnOnce() -> T) -> Result<T, String> {
+    catch_unwind(AssertUnwindSafe(solve)).map_err(|payload| format!("panic: {}", message(payload.as_ref())))
+}
+
+fn message(payload: &(dyn Any + Send)) -> &str {
+    payload
+        .downcast_ref::<&str>()
+        .copied()
+        .or_else(|| payload.downcast_ref::<String>().map(String::as_str))
+        .unwrap_or("no message")
+}
