@@ -60,6 +60,7 @@ fn spread(graph: &PoseGraph) -> Vec<u64> {
 
 fn ellipses(graph: &PoseGraph, covariances: &[PositionCovariance]) -> Vec<Ellipse> {
     let places = Places::of(graph);
-    let ellipse = |c: &PositionCovariance| Some(Ellipse { centre: places.at(c.id)?, covariance: c.covariance });
+    let ellipse =
+        |c: &PositionCovariance| Some(Ellipse { centre: places.at(c.id)?, covariance: c.covariance });
     covariances.iter().filter_map(ellipse).collect()
 }

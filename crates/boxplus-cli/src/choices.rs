@@ -3,9 +3,9 @@
 use std::path::Path;
 use std::str::FromStr;
 
+use boxplus::graph::{Kernel, KernelError};
 use boxplus::pose_graph::simulate::Simulator;
 use boxplus::pose_graph::{self, ChartKind};
-use boxplus::graph::{Kernel, KernelError};
 use boxplus::{graph, io};
 use clap::ValueEnum;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};

@@ -27,7 +27,7 @@ impl Excerpt {
         let line_start = content[..start].iter().rposition(|&b| b == b'\n').map_or(0, |i| i + 1);
         let line_end = end_of_line(content, start);
         let end = span.end.clamp(start, line_end.max(start));
-        let line = content[..line_start].iter().filter(|&&b| b == b'\n').count();
+        let line = content[..line_start].split(|&b| b == b'\n').count() - 1;
         if line_end - line_start > WIDTH {
             let from = line_start.max(start.saturating_sub(BEFORE));
             let to = line_end.min(from + WIDTH);
@@ -55,7 +55,8 @@ impl Excerpt {
 
     /// `[from, start, end, to]`: the text, and the fault within.
     fn assemble(name: &str, content: &[u8], cuts: [usize; 4], (line, column): (usize, usize)) -> Self {
-        let [before, fault, after] = [0, 1, 2].map(|i| printable(&content[cuts[i]..cuts[i + 1].max(cuts[i])]));
+        let [before, fault, after] =
+            [0, 1, 2].map(|i| printable(&content[cuts[i]..cuts[i + 1].max(cuts[i])]));
         let span = (before.len(), fault.len()).into();
         Self { name: name.to_owned(), text: before + &fault + &after, line, column, span }
     }
@@ -141,7 +142,10 @@ mod tests {
     fn two_lines_before_and_one_after_are_shown() {
         let content = b"one\ntwo\nthree\nfour bad\nfive\nsix\n";
         let (fault, text, line, column) = shown(content, 19..22);
-        assert_eq!((fault.as_str(), text.as_str(), line, column), ("bad", "two\nthree\nfour bad\nfive", 1, 0));
+        assert_eq!(
+            (fault.as_str(), text.as_str(), line, column),
+            ("bad", "two\nthree\nfour bad\nfive", 1, 0)
+        );
     }
 
     #[test]

@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::args::{Global, Info};
 use crate::error::Error;
 use crate::input::{self, Loaded};
-use crate::output::{Console, DIM, GOOD, STRONG, WARN};
+use crate::output::{self, Console, DIM, GOOD, STRONG, WARN};
 use crate::report::row;
 use crate::text::{count, grouped, significant};
 
@@ -18,7 +18,7 @@ pub fn run(options: &Info, global: &Global, console: Console) -> Result<(), Erro
     let loaded = input::load(&options.input, global, console)?;
     let (statistics, faults) = (loaded.graph.statistics(), loaded.faults());
     if console.is_json() {
-        return console.document(&document(&loaded, &statistics, &faults));
+        return output::document(&document(&loaded, &statistics, &faults));
     }
     console.say(&screen(&loaded, &statistics, &faults, console.is_verbose()))
 }
@@ -139,7 +139,10 @@ fn screen(loaded: &Loaded, s: &Statistics, faults: &[Fault], verbose: bool) -> S
     ];
     rows.extend(extent(s).map(|text| row("extent", &text)));
     rows.extend(noise(s).map(|text| row("noise", &text)));
-    rows.push(row("fixed", &if s.fixed == 0 { "nothing".to_owned() } else { count(s.fixed, "vertex", "vertices") }));
+    rows.push(row(
+        "fixed",
+        &if s.fixed == 0 { "nothing".to_owned() } else { count(s.fixed, "vertex", "vertices") },
+    ));
     rows.extend(unknown(s).map(|text| row("unknown", &text)));
     rows.extend(fault_rows(faults, if verbose { usize::MAX } else { SHOWN }));
     rows.join("\n")
@@ -161,14 +164,26 @@ fn vertices(graph: &PoseGraph, s: &Statistics) -> String {
     let named = format!("none; measurements name {}", count(s.ids, "vertex", "vertices"));
     let what = if kinds.is_empty() { named } else { kinds.join(", ") };
     let ids = s.id_range.map_or(String::new(), |(low, high)| format!("ids {low} to {high}"));
-    let gaps = if s.id_gaps > 0 { format!(", {} unused", grouped(usize::try_from(s.id_gaps).unwrap_or(usize::MAX))) } else { String::new() };
+    let gaps = if s.id_gaps > 0 {
+        format!(", {} unused", grouped(usize::try_from(s.id_gaps).unwrap_or(usize::MAX)))
+    } else {
+        String::new()
+    };
     format!("{what}   {DIM}{ids}{gaps}{DIM:#}")
 }
 
 fn measurements(s: &Statistics) -> String {
     let kinds: Vec<_> = s.counts.iter().map(|(kind, n)| format!("{} {}", grouped(*n), kind.tag())).collect();
-    let repeated = if s.repeated_edges > 0 { format!(", {} between the same two", grouped(s.repeated_edges)) } else { String::new() };
-    format!("{}   {DIM}{}{repeated}{DIM:#}", kinds.join(", "), count(s.loop_closures, "loop closure", "loop closures"))
+    let repeated = if s.repeated_edges > 0 {
+        format!(", {} between the same two", grouped(s.repeated_edges))
+    } else {
+        String::new()
+    };
+    format!(
+        "{}   {DIM}{}{repeated}{DIM:#}",
+        kinds.join(", "),
+        count(s.loop_closures, "loop closure", "loop closures")
+    )
 }
 
 fn connection(s: &Statistics) -> String {
@@ -176,7 +191,11 @@ fn connection(s: &Statistics) -> String {
     let degree = format!("{DIM}{min} to {max} measurements a vertex, {mean:.2} on average{DIM:#}");
     match s.components {
         1 => format!("one part   {degree}"),
-        n => format!("{WARN}{} parts{WARN:#}, the largest of {}   {degree}", grouped(n), count(s.largest_component, "vertex", "vertices")),
+        n => format!(
+            "{WARN}{} parts{WARN:#}, the largest of {}   {degree}",
+            grouped(n),
+            count(s.largest_component, "vertex", "vertices")
+        ),
     }
 }
 
@@ -196,7 +215,8 @@ fn noise(s: &Statistics) -> Option<String> {
         let [low, high] = [low, high].map(|x| significant(x, 3));
         if low == high { format!("Ω {low}") } else { format!("Ω from {low} to {high}") }
     });
-    let median = if sigmas.is_empty() { String::new() } else { format!("σ {} in the median", sigmas.join(", ")) };
+    let median =
+        if sigmas.is_empty() { String::new() } else { format!("σ {} in the median", sigmas.join(", ")) };
     let text = format!("{median}   {DIM}{}{DIM:#}", range.unwrap_or_default());
     (!sigmas.is_empty() || s.information_range.is_some()).then_some(text)
 }
@@ -217,7 +237,10 @@ fn fault_rows(faults: &[Fault], shown: usize) -> Vec<String> {
         rows.push(row("", &format!("{:<8} {}", severity(fault), FaultReport::new(fault).text())));
     }
     if faults.len() > shown {
-        rows.push(row("", &format!("{DIM}and {} more, with --verbose{DIM:#}", grouped(faults.len() - shown))));
+        rows.push(row(
+            "",
+            &format!("{DIM}and {} more, with --verbose{DIM:#}", grouped(faults.len() - shown)),
+        ));
     }
     rows
 }

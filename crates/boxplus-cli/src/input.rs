@@ -43,7 +43,8 @@ impl Loaded {
 
     /// The name without folders and endings, for titles.
     pub fn title(&self) -> String {
-        let file = Path::new(&self.name).file_name().map_or(self.name.clone(), |n| n.to_string_lossy().into_owned());
+        let file =
+            Path::new(&self.name).file_name().map_or(self.name.clone(), |n| n.to_string_lossy().into_owned());
         let stem = file.trim_end_matches(".gz");
         stem.rsplit_once('.').map_or(stem, |(stem, _)| stem).trim_start_matches("demo:").to_owned()
     }
@@ -74,13 +75,24 @@ fn demo(source: &Path) -> Result<Option<Simulator>, Error> {
 
 fn simulated(world: Simulator, options: World, global: &Global) -> Result<Loaded, Error> {
     let graph = simulate::run_world(world, options, global.seed)?.graph;
-    Ok(Loaded { name: format!("demo:{world}"), graph, format: None, gzip: false, source: Vec::new(), warnings: Vec::new(), seconds: 0.0 })
+    Ok(Loaded {
+        name: format!("demo:{world}"),
+        graph,
+        format: None,
+        gzip: false,
+        source: Vec::new(),
+        warnings: Vec::new(),
+        seconds: 0.0,
+    })
 }
 
 fn read(source: &Path, input: &Input) -> Result<Loaded, Error> {
     if input.world != World::default() {
         return Err(Error::Usage {
-            message: format!("{} is not simulated: --size, --noise and --outliers say nothing to it", source.display()),
+            message: format!(
+                "{} is not simulated: --size, --noise and --outliers say nothing to it",
+                source.display()
+            ),
             help: Some("leave them out, or name a simulated graph such as demo:sphere".to_owned()),
         });
     }

@@ -21,6 +21,7 @@ pub const WARN: Style = AnsiColor::Yellow.on_default();
 
 /// The way to standard output and standard error; colours reach a terminal only, `NO_COLOR` is honoured.
 #[derive(Clone, Copy, Debug)]
+#[allow(clippy::struct_excessive_bools, reason = "independent switches of the user")]
 pub struct Console {
     json: bool,
     quiet: bool,
@@ -77,18 +78,18 @@ impl Console {
         }
     }
 
-    /// The document for machines.
-    pub fn document(self, document: &impl Serialize) -> Result<(), Error> {
-        let mut out = io::stdout().lock();
-        serde_json::to_writer_pretty(&mut out, document).map_err(io::Error::from).map_err(Error::Stdout)?;
-        writeln!(out).and_then(|()| out.flush()).map_err(Error::Stdout)
-    }
-
     /// Writes a file and says where it is.
     pub fn write(self, path: &Path, bytes: &[u8]) -> Result<(), Error> {
         write(path, bytes)?;
         if is_standard(path) { Ok(()) } else { self.say(&format!("{GOOD}wrote{GOOD:#} {}", path.display())) }
     }
+}
+
+/// Prints the document for machines.
+pub fn document(document: &impl Serialize) -> Result<(), Error> {
+    let mut out = io::stdout().lock();
+    serde_json::to_writer_pretty(&mut out, document).map_err(io::Error::from).map_err(Error::Stdout)?;
+    writeln!(out).and_then(|()| out.flush()).map_err(Error::Stdout)
 }
 
 /// `-` stands for standard output.

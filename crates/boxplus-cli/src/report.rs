@@ -198,7 +198,8 @@ impl SolveDocument {
     }
 
     fn heading(&self) -> String {
-        let mut parts: Vec<String> = self.kinds.iter().map(|k| format!("{} {}", grouped(k.count), k.kind)).collect();
+        let mut parts: Vec<String> =
+            self.kinds.iter().map(|k| format!("{} {}", grouped(k.count), k.kind)).collect();
         parts.push(count(self.edges, "measurement", "measurements"));
         parts.push(count(self.loop_closures, "loop closure", "loop closures"));
         format!("{STRONG}{}{STRONG:#}   {}", self.input, parts.join(" · "))
@@ -213,7 +214,8 @@ impl SolveDocument {
 
     fn charts(&self) -> [String; 2] {
         let [log, g2o, se_sync, ceres] =
-            [self.costs.log, self.costs.g2o, self.costs.se_sync, self.costs.ceres].map(|x| significant(x, DIGITS));
+            [self.costs.log, self.costs.g2o, self.costs.se_sync, self.costs.ceres]
+                .map(|x| significant(x, DIGITS));
         [
             row("", &format!("{DIM}log ½Σ{DIM:#}   {log:<16} {DIM}g2o χ²{DIM:#}   {g2o}")),
             row("", &format!("{DIM}ceres ½Σ{DIM:#} {ceres:<16} {DIM}se-sync{DIM:#}  {se_sync}")),
@@ -231,7 +233,11 @@ impl SolveDocument {
     fn start(&self) -> String {
         let others = self.initialisation.candidates.iter().filter(|c| c.name != self.initialisation.chosen);
         let others: Vec<_> = others.map(|c| format!("{} {}", c.name, significant(c.cost, 4))).collect();
-        let rest = if others.is_empty() { String::new() } else { format!("   {DIM}rather than {}{DIM:#}", others.join(", ")) };
+        let rest = if others.is_empty() {
+            String::new()
+        } else {
+            format!("   {DIM}rather than {}{DIM:#}", others.join(", "))
+        };
         format!("{}{rest}", self.initialisation.chosen)
     }
 
@@ -266,7 +272,10 @@ impl SolveDocument {
         let shown = self.faults.iter().take(WORST);
         let mut rows: Vec<_> = shown.map(|fault| row("fault", &fault.text())).collect();
         if self.faults.len() > WORST {
-            rows.push(row("", &format!("and {} more: see `boxplus info`", grouped(self.faults.len() - WORST))));
+            rows.push(row(
+                "",
+                &format!("and {} more: see `boxplus info`", grouped(self.faults.len() - WORST)),
+            ));
         }
         rows
     }
@@ -284,11 +293,22 @@ impl SolveDocument {
     }
 
     fn trace_rows(&self) -> Vec<String> {
-        let title = row("", &format!("{DIM}step   cost             gradient    step        damping     seconds{DIM:#}"));
+        let title = row(
+            "",
+            &format!("{DIM}step   cost             gradient    step        damping     seconds{DIM:#}"),
+        );
         let rows = self.trace.iter().enumerate().map(|(i, s)| {
             let mark = if s.accepted { ' ' } else { '×' };
             let number = |x: f64| format!("{x:<11.3e}");
-            let line = format!("{:>4}{mark}  {:<16.9e} {} {} {} {:.4}", i + 1, s.cost, number(s.gradient), number(s.step), number(s.damping), s.seconds);
+            let line = format!(
+                "{:>4}{mark}  {:<16.9e} {} {} {} {:.4}",
+                i + 1,
+                s.cost,
+                number(s.gradient),
+                number(s.step),
+                number(s.damping),
+                s.seconds
+            );
             row("", &line)
         });
         [title].into_iter().chain(rows).collect()
@@ -296,7 +316,8 @@ impl SolveDocument {
 }
 
 fn kinds(graph: &PoseGraph) -> Vec<Count> {
-    let vertices = info::kinds(graph).into_iter().map(|(count, one, many)| (count, if count == 1 { one } else { many }));
+    let vertices =
+        info::kinds(graph).into_iter().map(|(count, one, many)| (count, if count == 1 { one } else { many }));
     vertices.map(|(count, kind)| Count { count, kind: kind.to_owned() }).collect()
 }
 

@@ -15,7 +15,7 @@ use crate::convert::{format, save};
 use crate::error::{Error, Outcome};
 use crate::input::{self, Loaded};
 use crate::interrupt;
-use crate::output::Console;
+use crate::output::{self, Console};
 use crate::plot::{self, Picture};
 use crate::progress::Progress;
 use crate::report::SolveDocument;
@@ -47,7 +47,7 @@ pub fn run(options: &Solve, global: &Global, console: Console) -> Result<Outcome
         document.wrote(path);
     }
     if console.is_json() {
-        console.document(&document)?;
+        output::document(&document)?;
     }
     Ok(outcome(&solved, options.output.is_some(), console))
 }
@@ -88,7 +88,9 @@ fn optimise(loaded: &Loaded, settings: &SolveSettings, console: Console) -> Resu
     let mut steps = 0;
     let observe = &mut |event: Event<'_>| {
         match event {
-            Event::Initialised(_, cost) => progress.now(format!("optimising from cost {}", significant(cost, 6))),
+            Event::Initialised(_, cost) => {
+                progress.now(format!("optimising from cost {}", significant(cost, 6)))
+            }
             Event::Iteration(iteration) => {
                 steps += 1;
                 progress.now(format!("step {steps}, cost {}", significant(iteration.cost, 6)));
@@ -101,7 +103,11 @@ fn optimise(loaded: &Loaded, settings: &SolveSettings, console: Console) -> Resu
 
 fn outcome(solved: &Solved, saved: bool, console: Console) -> Outcome {
     if solved.report.termination == Termination::Interrupted {
-        let kept = if saved { "the best poses so far are saved" } else { "nothing is saved; give -o FILE to keep the poses" };
+        let kept = if saved {
+            "the best poses so far are saved"
+        } else {
+            "nothing is saved; give -o FILE to keep the poses"
+        };
         console.warn(&format!("stopped as asked: {kept}"));
         return Outcome::Interrupted;
     }

@@ -71,12 +71,16 @@ mod tests {
 
     #[test]
     fn thousands_are_grouped_from_five_digits_on() {
-        assert_eq!([0, 999, 4949, 12345, 1234567].map(grouped), ["0", "999", "4949", "12\u{202f}345", "1\u{202f}234\u{202f}567"]);
+        assert_eq!(
+            [0, 999, 4949, 12345, 1234567].map(grouped),
+            ["0", "999", "4949", "12\u{202f}345", "1\u{202f}234\u{202f}567"]
+        );
     }
 
     #[test]
     fn numbers_keep_their_significant_digits() {
-        let shown = [0.0, 675.7009629, 1274.0, 1.2739e9, 0.000012, -727.1496672, 9.99999999].map(|x| significant(x, 6));
+        let shown = [0.0, 675.7009629, 1274.0, 1.2739e9, 0.000012, -727.1496672, 9.99999999]
+            .map(|x| significant(x, 6));
         assert_eq!(shown, ["0", "675.701", "1274", "1.2739×10⁹", "1.2×10⁻⁵", "-727.15", "10"]);
         assert_eq!([f64::INFINITY, f64::NAN].map(|x| significant(x, 3)), ["inf", "NaN"]);
     }

@@ -101,10 +101,15 @@ mod tests {
 
     #[test]
     fn every_view_is_a_right_handed_rotation() {
-        let camera_walk: Vec<_> = (0..50).map(|i| Vector3::new(f64::from(i % 7), 0.0, f64::from(i))).collect();
+        let camera_walk: Vec<_> =
+            (0..50).map(|i| Vector3::new(f64::from(i % 7), 0.0, f64::from(i))).collect();
         let walk: Vec<_> = (0..50).map(|i| Vector3::new(f64::from(i), f64::from(i % 5), 1.0)).collect();
-        for camera in [Camera::plan(), Camera::isometric(&[]), Camera::isometric(&walk), Camera::isometric(&camera_walk)]
-        {
+        for camera in [
+            Camera::plan(),
+            Camera::isometric(&[]),
+            Camera::isometric(&walk),
+            Camera::isometric(&camera_walk),
+        ] {
             let m = Matrix3::from_rows(&[camera.right, camera.up, camera.toward_eye]);
             assert!((m * m.transpose() - Matrix3::identity()).norm() < 1e-14, "{m}");
             assert!((m.determinant() - 1.0).abs() < 1e-14, "{m}");
@@ -122,7 +127,8 @@ mod tests {
     #[test]
     fn a_projected_covariance_is_that_of_projected_points() {
         let camera = Camera::isometric(&[]);
-        let points: Vec<_> = (0..9).map(|i| Vector3::new(f64::from(i % 3), f64::from(i / 3), f64::from(i * i))).collect();
+        let points: Vec<_> =
+            (0..9).map(|i| Vector3::new(f64::from(i % 3), f64::from(i / 3), f64::from(i * i))).collect();
         let flat: Vec<_> =
             points.iter().map(|p| camera.project(p)).map(|s| Vector3::new(s.u, s.v, 0.0)).collect();
         let expected = covariance(&flat).fixed_view::<2, 2>(0, 0).into_owned();

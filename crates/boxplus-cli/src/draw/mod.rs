@@ -91,7 +91,9 @@ impl Figure {
     /// One camera for all panels, chosen for the last: the result.
     fn camera(&self) -> Camera {
         match self.panels.last() {
-            Some(last) if self.panels.iter().any(|p| p.scene.spatial) => Camera::isometric(&last.scene.points()),
+            Some(last) if self.panels.iter().any(|p| p.scene.spatial) => {
+                Camera::isometric(&last.scene.points())
+            }
             _ => Camera::plan(),
         }
     }

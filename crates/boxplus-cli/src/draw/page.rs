@@ -6,7 +6,8 @@ use svg::node::element::{Circle, Element, Ellipse, Line, Path, Rectangle, Text};
 use super::window::Area;
 
 /// Inter is in the PNG; the others are there for a browser that lacks it.
-pub const FONTS: &str = "Inter, -apple-system, 'Segoe UI', 'Helvetica Neue', Arial, 'DejaVu Sans', sans-serif";
+pub const FONTS: &str =
+    "Inter, -apple-system, 'Segoe UI', 'Helvetica Neue', Arial, 'DejaVu Sans', sans-serif";
 
 /// `#rrggbb`.
 fn hex(colour: Color) -> String {
@@ -53,13 +54,18 @@ pub fn text(content: &str, (x, y): (f64, f64), anchor: Anchor, style: Type) -> T
 
 /// A straight line.
 pub fn line((x1, y1): (f64, f64), (x2, y2): (f64, f64), colour: Color, width: f64) -> Line {
-    let line = Line::new().set("x1", pixels(x1)).set("y1", pixels(y1)).set("x2", pixels(x2)).set("y2", pixels(y2));
+    let line =
+        Line::new().set("x1", pixels(x1)).set("y1", pixels(y1)).set("x2", pixels(x2)).set("y2", pixels(y2));
     line.set("stroke", hex(colour)).set("stroke-width", pixels(width)).set("stroke-linecap", "round")
 }
 
 /// An open path.
 pub fn path(data: String, colour: Color, width: f64) -> Path {
-    Path::new().set("d", data).set("stroke", hex(colour)).set("stroke-width", pixels(width)).set("fill", "none")
+    Path::new()
+        .set("d", data)
+        .set("stroke", hex(colour))
+        .set("stroke-width", pixels(width))
+        .set("fill", "none")
 }
 
 /// A filled rectangle.
@@ -77,7 +83,8 @@ pub fn dot((x, y): (f64, f64), radius: f64, colour: Color) -> Circle {
 /// An ellipse with half axes `radii`, the first at `angle` (clockwise on the page, radians).
 pub fn ellipse((x, y): (f64, f64), radii: (f64, f64), angle: f64, colour: Color) -> Ellipse {
     let (x, y) = (pixels(x), pixels(y));
-    let shape = Ellipse::new().set("cx", x).set("cy", y).set("rx", pixels(radii.0)).set("ry", pixels(radii.1));
+    let shape =
+        Ellipse::new().set("cx", x).set("cy", y).set("rx", pixels(radii.0)).set("ry", pixels(radii.1));
     let shape = shape.set("transform", format!("rotate({} {x} {y})", pixels(angle.to_degrees())));
     let shape = shape.set("fill", hex(colour)).set("fill-opacity", 0.12);
     shape.set("stroke", hex(colour)).set("stroke-width", 0.8).set("stroke-opacity", 0.75)

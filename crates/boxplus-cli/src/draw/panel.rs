@@ -6,7 +6,7 @@ use svg::Document;
 use svg::node::element::Group;
 
 use super::camera::{Camera, Spot};
-use super::colour::{Decades, ELLIPSE, GRID, INK, LANDMARK, MUTED, SIGHTING, TRACK, fade, heat};
+use super::colour::{Decades, ELLIPSE, GRID, INK, LANDMARK, MUTED, SIGHTING, TRACK, fade, heat, steps};
 use super::page::{Anchor, Type, clipped, dot, ellipse, line, path, text};
 use super::strokes::{Kind, Layer, STEPS, Strokes};
 use super::window::{Area, Window, aspect};
@@ -32,7 +32,11 @@ const CONFIDENCE_95: f64 = 2.447_746_830_680_816;
 
 /// The height that a panel of `width` needs to show `scene`.
 pub fn height(scene: &Scene, width: f64, camera: &Camera) -> f64 {
-    let room = if scene.spatial { (0.0, HEADING_ROOM + TRIAD_ROOM) } else { (TICK_ROOM.0, HEADING_ROOM + TICK_ROOM.1) };
+    let room = if scene.spatial {
+        (0.0, HEADING_ROOM + TRIAD_ROOM)
+    } else {
+        (TICK_ROOM.0, HEADING_ROOM + TICK_ROOM.1)
+    };
     let aspect = aspect(scene.points().iter().map(|p| camera.project(p)));
     (width - room.0) * aspect + room.1
 }
@@ -48,9 +52,12 @@ pub fn draw(
 ) -> Document {
     let scene = &panel.scene;
     let baseline = area.y + 18.0;
-    let document = document
-        .add(text(&panel.heading, (area.x, baseline), Anchor::Start, HEADING))
-        .add(text(&panel.note, (area.x + area.width, baseline), Anchor::End, NOTE));
+    let document = document.add(text(&panel.heading, (area.x, baseline), Anchor::Start, HEADING)).add(text(
+        &panel.note,
+        (area.x + area.width, baseline),
+        Anchor::End,
+        NOTE,
+    ));
     let room = if scene.spatial { (0.0, 0.0) } else { TICK_ROOM };
     let inner = Area {
         x: area.x + room.0,
@@ -59,7 +66,8 @@ pub fn draw(
         height: area.height - HEADING_ROOM - room.1,
     };
     let spots: Vec<Spot> = scene.points().iter().map(|p| camera.project(p)).collect();
-    let view = View { camera, window: Window::fit(inner, spots.iter().copied()), depth: Depth::of(&spots, scene) };
+    let view =
+        View { camera, window: Window::fit(inner, spots.iter().copied()), depth: Depth::of(&spots, scene) };
     let (clip, mut marks) = clipped(id, inner);
     for (layer, data) in view.strokes(scene, decades).into_paths() {
         marks = marks.add(path(data, view.colour(layer), width(scene, layer.kind)));
@@ -67,7 +75,8 @@ pub fn draw(
     marks = view.add_dots(marks, scene);
     marks = view.add_ellipses(marks, scene);
     let document = if scene.spatial { document } else { grid(document, &view.window) };
-    let document = document.add(clip).add(marks.set("stroke-linejoin", "round").set("stroke-linecap", "round"));
+    let document =
+        document.add(clip).add(marks.set("stroke-linejoin", "round").set("stroke-linecap", "round"));
     if scene.spatial { triad(document, camera, &view.window) } else { document }
 }
 
@@ -92,7 +101,11 @@ impl Depth {
     }
 
     fn index(&self, near: f64) -> u8 {
-        if self.step.is_finite() { ((near - self.far) / self.step).clamp(0.0, f64::from(STEPS - 1)) as u8 } else { STEPS - 1 }
+        if self.step.is_finite() {
+            steps(((near - self.far) / self.step).floor()).min(STEPS - 1)
+        } else {
+            STEPS - 1
+        }
     }
 
     fn fade(index: u8) -> f64 {
@@ -110,14 +123,18 @@ impl View<'_> {
         let mut strokes = Strokes::default();
         let mut add = |kind, colour, ends: [&Vector3<f64>; 2]| {
             let [(from, near), (to, near_too)] = ends.map(|p| self.place(p));
-            strokes.segment(Layer { depth: self.depth.index(0.5 * (near + near_too)), kind, colour }, from, to);
+            strokes.segment(
+                Layer { depth: self.depth.index(0.5 * (near + near_too)), kind, colour },
+                from,
+                to,
+            );
         };
         for [pose, landmark] in &scene.sightings {
             add(Kind::Sighting, 0, [pose, landmark]);
         }
         for link in &scene.loops {
             let heat = decades.map_or(0.0, |d| d.position(link.residual));
-            add(Kind::Loop, (heat * f64::from(STEPS - 1)).round() as u8, [&link.ends[0], &link.ends[1]]);
+            add(Kind::Loop, steps(heat * f64::from(STEPS - 1)), [&link.ends[0], &link.ends[1]]);
         }
         for pair in scene.tracks.iter().flat_map(|track| track.windows(2)) {
             add(Kind::Track, 0, [&pair[0], &pair[1]]);
@@ -140,8 +157,11 @@ impl View<'_> {
         for (points, radius, colour) in
             [(shown, 2.0, TRACK), (scene.landmarks.iter().collect(), landmark_radius(scene), LANDMARK)]
         {
-            for (place, near) in points.into_iter().map(|p| self.place(p)).filter(|(p, _)| p.0.is_finite() && p.1.is_finite()) {
-                let fading = if self.depth.step.is_finite() { Depth::fade(self.depth.index(near)) } else { 0.0 };
+            for (place, near) in
+                points.into_iter().map(|p| self.place(p)).filter(|(p, _)| p.0.is_finite() && p.1.is_finite())
+            {
+                let fading =
+                    if self.depth.step.is_finite() { Depth::fade(self.depth.index(near)) } else { 0.0 };
                 marks = marks.add(dot(place, radius, fade(colour, fading)));
             }
         }
@@ -204,9 +224,12 @@ fn grid(mut document: Document, window: &Window) -> Document {
             document = document.add(text(&metres(v), (x - 7.0, at + 4.0), Anchor::End, TICK));
         }
     }
-    document
-        .add(text("x [m]", (x + width, bottom + 17.0), Anchor::End, TICK))
-        .add(text("y [m]", (x - 7.0, y + 9.0), Anchor::End, TICK))
+    document.add(text("x [m]", (x + width, bottom + 17.0), Anchor::End, TICK)).add(text(
+        "y [m]",
+        (x - 7.0, y + 9.0),
+        Anchor::End,
+        TICK,
+    ))
 }
 
 /// The world axes and a scale bar: a view in space has no ticks.
@@ -228,4 +251,3 @@ fn triad(mut document: Document, camera: &Camera, window: &Window) -> Document {
     let label = format!("{} m", metres(length));
     document.add(text(&label, (0.5 * (left + right), bar - 9.0), Anchor::Middle, TICK))
 }
-

@@ -14,8 +14,11 @@ const INTER: [&[u8]; 2] =
 pub fn render(svg: &str) -> Option<Vec<u8>> {
     let mut fonts = usvg::fontdb::Database::new();
     INTER.iter().for_each(|font| fonts.load_font_data(font.to_vec()));
-    let options =
-        usvg::Options { font_family: "Inter".to_owned(), fontdb: Arc::new(fonts), ..usvg::Options::default() };
+    let options = usvg::Options {
+        font_family: "Inter".to_owned(),
+        fontdb: Arc::new(fonts),
+        ..usvg::Options::default()
+    };
     let tree = usvg::Tree::from_str(svg, &options).ok()?;
     let size = tree.size().to_int_size().scale_by(SCALE)?;
     let mut pixels = tiny_skia::Pixmap::new(size.width(), size.height())?;

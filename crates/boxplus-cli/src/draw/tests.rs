@@ -1,6 +1,6 @@
 use super::*;
-use scene::Link;
 use nalgebra::{Matrix3, Vector3};
+use scene::Link;
 
 fn helix(loops: usize) -> Scene {
     let at = |i: usize| {
@@ -20,7 +20,11 @@ fn helix(loops: usize) -> Scene {
 
 fn figure(scene: Scene) -> Figure {
     let panel = Panel { heading: "Result".to_owned(), note: "cost 1.5".to_owned(), scene };
-    Figure { title: "a < b & \"c\"".to_owned(), facts: "½Σ‖r‖²".to_owned(), panels: vec![panel.clone(), panel] }
+    Figure {
+        title: "a < b & \"c\"".to_owned(),
+        facts: "½Σ‖r‖²".to_owned(),
+        panels: vec![panel.clone(), panel],
+    }
 }
 
 fn tree(svg: &str) -> resvg::usvg::Tree {

@@ -37,7 +37,10 @@ impl Window {
     /// The pixel of a place on the paper.
     pub fn place(&self, u: f64, v: f64) -> (f64, f64) {
         let Area { x, y, width, height } = self.area;
-        (x + 0.5 * width + (u - self.centre.0) * self.scale, y + 0.5 * height - (v - self.centre.1) * self.scale)
+        (
+            x + 0.5 * width + (u - self.centre.0) * self.scale,
+            y + 0.5 * height - (v - self.centre.1) * self.scale,
+        )
     }
 
     /// Ticks along the horizontal, as `(metres, pixel)`.
