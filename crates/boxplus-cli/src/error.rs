@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use boxplus::io::IoError;
+use boxplus::io::IoErrorKind::{DuplicateId, TooManyFields, ZeroQuaternion};
 use miette::{Diagnostic, SourceSpan};
 use thiserror::Error;
 
@@ -101,8 +102,10 @@ impl Error {
             };
         };
         let excerpt = Excerpt::new(&error.name, &text, place.span.clone());
-        let label =
-            place.expected().map_or("here".to_owned(), |expected| format!("{expected} expected here"));
+        let label = match (&error.kind, place.expected()) {
+            (ZeroQuaternion | DuplicateId { .. } | TooManyFields { .. }, _) | (_, None) => "here".to_owned(),
+            (_, Some(expected)) => format!("{expected} expected here"),
+        };
         Self::malformed(message, error.help(), excerpt, label)
     }
 

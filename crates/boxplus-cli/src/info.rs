@@ -82,6 +82,11 @@ impl FaultReport {
         Self { severity: severity(fault), line, message: fault.to_string() }
     }
 
+    /// `note`, `warning` or `error`.
+    pub fn severity(&self) -> &'static str {
+        self.severity
+    }
+
     /// One line of a screen.
     pub fn text(&self) -> String {
         let place = self.line.map_or(String::new(), |line| format!("{DIM}line {line}:{DIM:#} "));

@@ -152,7 +152,8 @@ fn new_file(folder: PathBuf) -> io::Result<tempfile::NamedTempFile> {
         // As any new file: the umask takes its part.
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
-    builder.tempfile_in(folder)
+    // The error without the name of the temporary file, which nobody knows.
+    builder.tempfile_in(folder).map_err(|error| error.kind().into())
 }
 
 #[cfg(test)]

@@ -85,7 +85,7 @@ fn settings(method: &Method, global: &Global) -> SolveSettings {
 
 fn optimise(loaded: &Loaded, settings: &SolveSettings, console: Console) -> Result<Solved, Error> {
     let progress = Progress::start(console, "looking for a first estimate");
-    let mut steps = 0;
+    let (mut steps, factor) = (0, settings.chart.factor());
     let observe = &mut |event: Event<'_>| {
         match event {
             Event::Initialised(_, cost) => {
@@ -93,7 +93,7 @@ fn optimise(loaded: &Loaded, settings: &SolveSettings, console: Console) -> Resu
             }
             Event::Iteration(iteration) => {
                 steps += 1;
-                progress.now(format!("step {steps}, cost {}", significant(iteration.cost, 6)));
+                progress.now(format!("step {steps}, cost {}", significant(factor * iteration.cost, 6)));
             }
         }
         if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
