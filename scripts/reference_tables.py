@@ -63,7 +63,8 @@ def angles():
     grid = [10.0**e for e in range(-12, -1)]
     grid += [0.01 * 1.3**i for i in range(22)]
     grid += [0.2 * i for i in range(6, 16)]
-    for switch in [0.5, 1.0, math.sqrt(10.0)]:
+    # Of the series (theta^2 = 10), of c1 and c0 (theta and theta/2 = 1/2), of the logarithm (tan theta/2, f64 and f32).
+    for switch in [math.sqrt(10.0), 0.5, 1.0, 2 * math.atan(1e-3), 2 * math.atan(0.05)]:
         grid += [switch * (1 + s * 10.0**-e) for s in (-1, 1) for e in (3, 6, 10, 14)]
     grid += [math.pi + s * 10.0**-e for s in (-1, 1) for e in (2, 3, 5, 7, 9, 12)]
     grid += [3.2 + 0.25 * i for i in range(13)]

@@ -17,5 +17,12 @@ pub mod graph;
 #[cfg(feature = "io")]
 pub mod io;
 pub mod lie;
+#[cfg(any(feature = "solve", feature = "io"))]
+mod partition;
 #[cfg(feature = "io")]
 pub mod pose_graph;
+
+/// The README's example is a test.
+#[cfg(all(doctest, feature = "solve"))]
+#[doc = include_str!("../../../README.md")]
+pub struct Readme;

@@ -1,5 +1,9 @@
 //! From a pose graph to its optimum: faults, policies, gauge, landmarks.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::format_push_string,
+    reason = "a test fails by panicking, and need not be fast"
+)]
 
 use std::ops::ControlFlow;
 
@@ -97,6 +101,17 @@ fn bad_information_is_refused_by_name_or_mended_as_asked() {
 }
 
 #[test]
+fn what_is_beyond_mending_is_still_refused_by_name() {
+    let graph = read("EDGE_SE2 0 1 1 0 0 -1 0 0 -1 0 -1\nEDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\n");
+    let clamp = SolveSettings { indefinite: Indefinite::Clamp, ..SolveSettings::default() };
+    let error = solve(&graph, &clamp).err().unwrap();
+    assert!(error.to_string().contains("not positive definite"), "{error}");
+    // One negative eigenvalue can be raised, also where the weights of SE-Sync are derived from it.
+    let graph = read("EDGE_SE2 0 1 1 0 0 1 0 0 -1 0 1\nEDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\n");
+    assert!(solve(&graph, &clamp).unwrap().costs.se_sync < 1e-15);
+}
+
+#[test]
 fn dangling_edges_are_refused_by_name() {
     let graph = read("VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 0 0\nEDGE_SE2 0 5 1 0 0 1 0 0 1 0 1\n");
     let error = solve(&graph, &SolveSettings::default()).err().unwrap();
@@ -120,8 +135,8 @@ fn landmarks_priors_and_bearings_of_a_file_are_used() {
     let mut text = "EDGE_PRIOR_SE2 0 0 0 0 100 0 0 100 0 100\n".to_owned();
     for (id, pose) in truth.iter().enumerate() {
         let seen = pose.act_inverse(&tree);
-        text += &format!("EDGE_SE2_XY {id} 9 {} {} 25 0 25\n", seen.x, seen.y);
-        text += &format!("EDGE_BEARING_SE2_XY {id} 9 {} 400\n", seen.y.atan2(seen.x));
+        let (x, y, angle) = (seen.x, seen.y, seen.y.atan2(seen.x));
+        text += &format!("EDGE_SE2_XY {id} 9 {x} {y} 25 0 25\nEDGE_BEARING_SE2_XY {id} 9 {angle} 400\n");
     }
     let step = truth[0].between(&truth[1]);
     text += &format!(

@@ -61,6 +61,7 @@ pub use values::{Key, Values, VariableId};
 pub use variable::{GroupVariable, JacobianBlock, Located, TangentResidual, Variable, derivative};
 
 use core::ops::ControlFlow;
+use std::collections::BTreeSet;
 
 use factor::{AnySet, FactorSet};
 use linear::evaluate::Evaluator;
@@ -139,7 +140,8 @@ impl Graph {
     /// The connected parts of the graph, each in the order of its variables: no factor joins one to another, so that they
     /// have no place relative to each other. Variables that no factor reads are left out.
     pub fn parts(&self, values: &Values) -> Vec<Vec<VariableName>> {
-        gauge::Parts::new(&self.sets, values).named(values)
+        let names = |part: gauge::Part| part.variables.into_iter().map(|id| values.name(id)).collect();
+        gauge::parts(&self.sets, values).into_iter().map(names).collect()
     }
 
     /// The cost ½ Σ ρ(‖U·r‖²).
@@ -203,28 +205,23 @@ impl Graph {
 
     /// Every variable that a factor reads exists and has a finite value.
     fn check(&self, values: &Values) -> Result<(), GraphError> {
+        let mut missing = BTreeSet::new();
         for set in &self.sets {
-            for factor in 0..set.len() {
-                for id in set.ids(factor) {
-                    if values.state(id).is_none() {
-                        return Err(GraphError::ForeignKey { kind: set.name(), number: id.slot });
+            for id in (0..set.len()).flat_map(|factor| set.ids(factor)) {
+                match values.state(id) {
+                    Some(State::Finite) => {}
+                    Some(State::Declared) => drop(missing.insert(id)),
+                    Some(State::NotFinite) => {
+                        return Err(GraphError::ValueNotFinite { variable: values.name(id) });
                     }
+                    None => return Err(GraphError::ForeignKey { kind: set.name(), number: id.slot }),
                 }
             }
         }
-        let faulty = gauge::faulty(&self.sets, values);
-        let missing: Vec<_> = faulty
-            .iter()
-            .filter(|(_, state)| *state == State::Declared)
-            .map(|&(id, _)| values.name(id))
-            .collect();
-        if !missing.is_empty() {
-            return Err(GraphError::MissingValues { variables: missing });
+        if missing.is_empty() {
+            return Ok(());
         }
-        match faulty.first() {
-            Some(&(id, _)) => Err(GraphError::ValueNotFinite { variable: values.name(id) }),
-            None => Ok(()),
-        }
+        Err(GraphError::MissingValues { variables: missing.into_iter().map(|id| values.name(id)).collect() })
     }
 
     fn first_not_finite(&self, values: &Values) -> Option<FactorName> {

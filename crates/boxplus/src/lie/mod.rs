@@ -1,7 +1,32 @@
 //! Lie groups: one trait here, one file per group.
 //!
-//! Perturbations are local (right): X ⊞ τ = X·Exp(τ), Y ⊟ X = Log(X⁻¹Y), Solà et al. (2018) (25), (26).
-//! Tangents are ordered (ρ, θ): metres, then radians.
+//! A pose is not a vector: poses cannot be added, and three angles have no continuous chart. But near any pose the motions
+//! form a vector space, the tangent, and Exp carries it onto the group. All of estimation needs only this: step along a
+//! tangent (⊞), measure the tangent between two elements (⊟), and know the derivatives of both.
+//!
+//! ```text
+//! X ⊞ τ = X·Exp(τ)    Y ⊟ X = Log(X⁻¹·Y)              Solà et al. (2018) (25), (26)
+//! ```
+//!
+//! - **Side.** Perturbations are local (right), in the frame of the body. Global (left) ones are spelled out: `lplus`, `lminus`,
+//!   `left_jacobian`, [`LeftJacobians`]. Both are linked by Ad: X·Exp(τ) = Exp(Ad_X τ)·X.
+//! - **Order.** Tangents are (ρ, θ): metres, then radians.
+//! - **Frames.** An element maps local to parent coordinates, `p_world = world_from_body * p_body`.
+//! - **Accuracy.** Every map and Jacobian is within a few ε for every θ, in `f32` and `f64`: `docs/accuracy.md` states the
+//!   bounds, `tests/reference` holds them.
+//! - **Your own group** writes the required items of [`LieGroup`] and is proved by one line of [`laws`].
+//!
+//! ```
+//! use boxplus::lie::{LieGroup, SE3};
+//! use nalgebra::Vector6;
+//! let step = Vector6::new(1.0, 0.0, 0.0, 0.0, 0.0, 0.5); // forward 1 m, turning left by 0.5 rad
+//! let start: SE3 = SE3::identity();
+//! let end = start.rplus(&step).rplus(&step);
+//! let (tau, d_tau_d_end, d_tau_d_start) = end.rminus_jac(&start);
+//! assert!((tau - 2.0 * step).norm() < 1e-15);
+//! assert!((d_tau_d_end * step - step).norm() < 1e-15); // a longer step of the same kind
+//! assert!((d_tau_d_end * step + d_tau_d_start * step).norm() < 1e-15);
+//! ```
 #![allow(clippy::type_complexity)] // A value and one Jacobian per argument; naming each tuple would hide that.
 
 mod action;

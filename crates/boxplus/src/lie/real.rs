@@ -9,7 +9,7 @@ use nalgebra::SimdRealField;
 pub trait Real: SimdRealField<Element: SimdRealField> + Copy + Send + Sync + 'static {
     /// Distance from 1 to the next number of the underlying float.
     const EPSILON: f64;
-    /// Terms of a Horner series in θ² that reach full accuracy for θ² < 10 (12 in `f64`, 6 in `f32`).
+    /// Terms of a Horner series in θ² that reach full accuracy for θ² < 10 (12 in `f64`, 6 in `f32`); even, at most 12.
     const SERIES_TERMS: usize;
 
     /// The constant `x`, rounded to this scalar.

@@ -265,14 +265,13 @@ fn determinant<S: Real>(a: &Matrix3<S>) -> S {
 /// 2·atan2(n, w)/n for a unit quaternion with w ≥ 0 and n = |v|, given n².
 #[inline]
 fn log_factor<S: Real>(n2: S, w: S) -> S {
-    // Near 0 by the series of atan, whose next term is (n/w)⁸/9 < ε/4: no root of 0, hence derivatives there, too.
+    // Near 0 by the series of atan, whose next term is (n/w)⁶/7 < ε/50: no root of 0, hence derivatives there, too.
     let near = if S::EPSILON > 1e-10 { 0.0025 } else { 1e-6 };
     S::choose(
         n2.value() < near * (w * w).value(),
         || {
             let r = n2 / (w * w);
-            let tail = S::lit(1.0 / 3.0) - r * (S::lit(0.2) - r * S::lit(1.0 / 7.0));
-            (S::one() - r * tail) * S::lit(2.0) / w
+            (S::one() - r * (S::lit(1.0 / 3.0) - r * S::lit(0.2))) * S::lit(2.0) / w
         },
         || {
             let n = n2.simd_sqrt();

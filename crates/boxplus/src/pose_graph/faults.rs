@@ -1,9 +1,10 @@
 //! What would make a solver fail or a map wrong, found before anything is solved.
 
 use super::constraint::{Constraint, Kind, VertexKind};
-use super::ids::{Ids, Partition};
+use super::ids::Ids;
 use super::information::{InformationProblem, spectrum};
 use super::{Line, PoseGraph};
+use crate::partition::Partition;
 use core::cmp::Ordering;
 
 /// How bad a [`Fault`] is.

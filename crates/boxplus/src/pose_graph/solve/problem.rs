@@ -17,7 +17,7 @@ pub enum Indefinite {
     /// Refuse the graph, naming them all.
     #[default]
     Refuse,
-    /// Raise the eigenvalues to at least 1e-9 of the largest.
+    /// Raise the eigenvalues to at least 1e-9 of the largest, which must be positive.
     Clamp,
     /// Leave the measurement out.
     Skip,
@@ -84,14 +84,16 @@ pub(super) fn with_values(graph: &PoseGraph, values: &Values) -> PoseGraph {
     out
 }
 
-/// The faults that keep a graph from being solved.
+/// The faults that keep a graph from being solved: at least one, for a graph that could not be built.
 fn faults(graph: &PoseGraph, indefinite: Indefinite) -> Vec<Fault> {
-    let mut faults = graph.faults();
-    faults.retain(|fault| match fault {
-        Fault::Information { .. } => indefinite == Indefinite::Refuse,
-        fault => fault.severity() == Severity::Error,
-    });
-    faults
+    let (mut matrices, mut others): (Vec<_>, Vec<_>) =
+        graph.faults().into_iter().partition(|fault| matches!(fault, Fault::Information { .. }));
+    others.retain(|fault| fault.severity() == Severity::Error);
+    // What was to be mended is at fault only if nothing else is: then it was beyond mending.
+    if indefinite == Indefinite::Refuse || others.is_empty() {
+        others.append(&mut matrices);
+    }
+    others
 }
 
 /// Vertices in the order of their kind; those of `values` beyond the ones given are new.
@@ -264,15 +266,14 @@ impl<'a> Builder<'a> {
         information: &SMatrix<f64, D, D>,
         line: Line,
     ) -> Option<()> {
-        let factor = Between::<P, C>::in_chart(measured);
-        if self.settings.chart == ChartKind::SeSync {
-            let isotropic = isotropic_information(information).unwrap_or(*information);
-            return self.add(keys, factor, &isotropic, line);
+        let mut noise = self.noise(information, line)?;
+        if let (ChartKind::SeSync, Some(full)) = (self.settings.chart, noise) {
+            noise = Some(Noise::from_information(&isotropic_information(&full.information())?).ok()?);
         }
-        self.add(keys, factor, information, line)
+        self.push(keys, Between::<P, C>::in_chart(measured), noise);
+        Some(())
     }
 
-    /// Adds one factor, with its information mended as the settings say.
     fn add<F: Factor<R>, const R: usize>(
         &mut self,
         keys: <F::Variables as Variables>::Keys,
@@ -280,18 +281,37 @@ impl<'a> Builder<'a> {
         information: &SMatrix<f64, R, R>,
         line: Line,
     ) -> Option<()> {
-        let mut noise = Noise::from_information(information).ok();
-        if noise.is_none() {
-            self.mended.push(line);
-            match self.settings.indefinite {
-                Indefinite::Refuse => return None,
-                Indefinite::Clamp => noise = Some(Noise::from_information(&clamped(information)?).ok()?),
-                Indefinite::Skip => {}
-            }
+        let noise = self.noise(information, line)?;
+        self.push(keys, factor, noise);
+        Some(())
+    }
+
+    /// The noise of a measurement, mended as the settings say: `Some(None)` where it is to be left out, `None` where it is
+    /// beyond mending.
+    fn noise<const R: usize>(
+        &mut self,
+        information: &SMatrix<f64, R, R>,
+        line: Line,
+    ) -> Option<Option<Noise<R>>> {
+        if let Ok(noise) = Noise::from_information(information) {
+            return Some(Some(noise));
         }
+        self.mended.push(line);
+        match self.settings.indefinite {
+            Indefinite::Refuse => None,
+            Indefinite::Clamp => Some(Some(Noise::from_information(&clamped(information)?).ok()?)),
+            Indefinite::Skip => Some(None),
+        }
+    }
+
+    fn push<F: Factor<R>, const R: usize>(
+        &mut self,
+        keys: <F::Variables as Variables>::Keys,
+        factor: F,
+        noise: Option<Noise<R>>,
+    ) {
         let id = noise.map(|noise| self.factors.add_robust(keys, factor, noise, self.settings.kernel));
         self.factor_ids.push(id);
-        Some(())
     }
 
     fn offset(&self, id: u64) -> Option<SE3> {
