@@ -36,10 +36,27 @@ impl Console {
         Self { json, quiet, verbose, occupied: false }
     }
 
-    /// The same, where `output` may be `-`, standard output.
-    #[must_use]
-    pub fn beside(self, output: Option<&Path>) -> Self {
-        Self { occupied: self.occupied || output.is_some_and(is_standard), ..self }
+    /// The same, where `output` may be `-`, standard output, which carries one thing only.
+    pub fn beside(self, output: Option<&Path>) -> Result<Self, Error> {
+        let wanted = output.is_some_and(is_standard);
+        if wanted && (self.json || self.occupied) {
+            let other = if self.json { "--json" } else { "another file" };
+            return Err(Error::Usage {
+                message: format!("standard output is wanted for a file and for {other}"),
+                help: Some("write the file to a path".to_owned()),
+            });
+        }
+        Ok(Self { occupied: self.occupied || wanted, ..self })
+    }
+
+    /// The document of a verb that only writes files.
+    pub fn wrote(self, verb: &str, input: &str, outputs: &[&Path]) -> Result<(), Error> {
+        let outputs: Vec<_> = outputs.iter().map(|path| path.display().to_string()).collect();
+        let format = format!("boxplus.{verb}");
+        if !self.json {
+            return Ok(());
+        }
+        document(&serde_json::json!({ "format": format, "version": 1, "input": input, "outputs": outputs }))
     }
 
     /// Whether a machine reads.

@@ -39,7 +39,8 @@ pub fn run(options: &Plot, global: &Global, console: Console) -> Result<(), Erro
     let loaded = input::load(&options.input, global, console)?;
     let panel = panel(&loaded)?;
     let figure = Figure { title: loaded.title(), facts: facts(&loaded.graph), panels: vec![panel] };
-    save(&figure, picture, &options.output, console)
+    save(&figure, picture, &options.output, console)?;
+    console.wrote("plot", &loaded.name, &[&options.output])
 }
 
 /// The graph where its vertices are, or, where it has none, as first estimated.

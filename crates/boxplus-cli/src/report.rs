@@ -52,7 +52,7 @@ pub struct SolveDocument {
     pub threads: usize,
     pub gauge: Gauge,
     pub initialisation: Initialisation,
-    pub trace: Vec<Step>,
+    pub trace: Vec<Trial>,
     pub worst_edges: Vec<WorstEdge>,
     pub faults: Vec<FaultReport>,
     /// What nothing constrains, in words.
@@ -118,8 +118,9 @@ pub struct Candidate {
     pub cost: f64,
 }
 
+/// A trial step.
 #[derive(Debug, Serialize)]
-pub struct Step {
+pub struct Trial {
     pub cost: f64,
     pub gradient: f64,
     pub step: f64,
@@ -168,7 +169,7 @@ impl SolveDocument {
             threads: report.threads,
             gauge: Gauge::new(&method.fix, solved),
             initialisation: Initialisation::new(solved),
-            trace: report.iterations.iter().map(|i| Step::new(i, method.chart.library().factor())).collect(),
+            trace: report.iterations.iter().map(|i| Trial::new(i, method.chart.library().factor())).collect(),
             worst_edges: solved.worst(DETAILED).iter().map(WorstEdge::new).collect(),
             faults: loaded.faults().iter().map(FaultReport::new).collect(),
             unconstrained: solved.unconstrained.as_ref().map(ToString::to_string),
@@ -372,7 +373,7 @@ impl Initialisation {
     }
 }
 
-impl Step {
+impl Trial {
     /// The solver counts in ½ Σ eᵀΩe, `factor` times that is what the chart's tool prints.
     fn new(iteration: &Iteration, factor: f64) -> Self {
         let &Iteration { cost, gradient, step, damping, accepted, seconds, .. } = iteration;

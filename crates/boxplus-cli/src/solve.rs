@@ -26,7 +26,7 @@ pub fn run(options: &Solve, global: &Global, console: Console) -> Result<Outcome
     let started = Instant::now();
     let output = options.output.as_deref().map(|path| result_format(path, options.to)).transpose()?;
     let picture = options.plot.as_deref().map(Picture::of).transpose()?;
-    let console = console.beside(options.output.as_deref());
+    let console = console.beside(options.output.as_deref())?;
     interrupt::watch();
 
     let loaded = input::load(&options.input, global, console)?;
@@ -89,7 +89,7 @@ fn optimise(loaded: &Loaded, settings: &SolveSettings, console: Console) -> Resu
     let observe = &mut |event: Event<'_>| {
         match event {
             Event::Initialised(_, cost) => {
-                progress.now(format!("optimising from cost {}", significant(cost, 6)))
+                progress.now(format!("optimising from cost {}", significant(cost, 6)));
             }
             Event::Iteration(iteration) => {
                 steps += 1;

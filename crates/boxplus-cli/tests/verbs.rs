@@ -191,11 +191,27 @@ fn every_demo_is_solved_and_drawn() {
 
 #[test]
 fn a_graph_without_vertices_is_drawn_at_its_first_estimate() {
-    let edges: String =
-        SQUARE.lines().filter(|line| line.starts_with("EDGE")).map(|line| format!("{line}\n")).collect();
-    let folder = Folder::new().with("map.g2o", edges);
+    let edges: Vec<_> = SQUARE.lines().filter(|line| line.starts_with("EDGE")).collect();
+    let folder = Folder::new().with("map.g2o", edges.join("\n"));
     assert_eq!(folder.boxplus("plot map.g2o -o map.svg").code, 0);
     assert!(String::from_utf8(folder.read("map.svg")).unwrap().contains("First estimate"));
+}
+
+#[test]
+fn every_verb_has_a_document_for_machines() {
+    let folder = square();
+    for (verb, arguments) in [
+        ("solve", "map.g2o"),
+        ("info", "map.g2o"),
+        ("convert", "map.g2o out.graph"),
+        ("simulate", "grid --size 30 -o grid.g2o --truth truth.g2o"),
+        ("plot", "map.g2o -o map.svg"),
+    ] {
+        let run = folder.boxplus(&format!("{verb} {arguments} --json"));
+        let document = run.json();
+        assert_eq!(document["format"], format!("boxplus.{verb}"));
+        assert_eq!(document["version"], 1);
+    }
 }
 
 #[test]
@@ -211,6 +227,8 @@ fn wrong_usage_is_exit_code_2() {
         "solve map.g2o --size 10",
         "solve map.g2o -o out.txt",
         "solve map.g2o -o out.isam",
+        "solve map.g2o -o - --json",
+        "simulate grid -o - --truth -",
         "solve map.g2o --plot out.bmp",
         "solve map.g2o --fix 77",
         "solve demo:moon",
