@@ -101,11 +101,13 @@ proptest! {
 
     #[test]
     fn a_matrix_gives_its_rotation_back(phi in small_vector::<3>(4.0)) {
+        // By docs/accuracy.md: matrix 4.5√3 ε in the Frobenius norm, √2 of which is an angle, rminus 5.5 ε; 2 ε between.
         let x = SO3::exp(&phi);
-        prop_assert!(SO3::from_matrix(&x.to_matrix()).unwrap().rminus(&x).norm() < 4.0 * EPS);
-        prop_assert!(SO3::project(&x.to_matrix()).unwrap().rminus(&x).norm() < 8.0 * EPS);
+        let bound = (4.5 * 1.5_f64.sqrt() + 5.5 + 2.0) * EPS;
+        prop_assert!(SO3::from_matrix(&x.to_matrix()).unwrap().rminus(&x).norm() < bound);
+        prop_assert!(SO3::project(&x.to_matrix()).unwrap().rminus(&x).norm() < bound);
         let pose = SE3::new(x, phi * 10.0);
-        prop_assert!(SE3::from_matrix(&pose.to_matrix()).unwrap().rminus(&pose).norm() < 8.0 * EPS);
+        prop_assert!(SE3::from_matrix(&pose.to_matrix()).unwrap().rminus(&pose).norm() < bound);
         let pose = SE2::new(phi.xy(), phi.z);
         prop_assert!(SE2::from_matrix(&pose.to_matrix()).unwrap().rminus(&pose).norm() < 8.0 * EPS);
     }
@@ -114,7 +116,8 @@ proptest! {
         let x = SO3::exp(&phi);
         let scale = 10.0_f64.powi(e);
         let [i, j, k, w] = x.quaternion_xyzw().map(|c| c * scale);
-        prop_assert!(SO3::from_xyzw([i, j, k, w]).unwrap().rminus(&x).norm() < 4.0 * EPS);
+        // Scaling and normalising leave 1.5 ε in q, twice that in the angle; rminus 5.5 ε.
+        prop_assert!(SO3::from_xyzw([i, j, k, w]).unwrap().rminus(&x).norm() < 8.5 * EPS);
         prop_assert_eq!(SO3::from_wxyz([w, i, j, k]).unwrap(), SO3::from_xyzw([i, j, k, w]).unwrap());
     }
     #[test]

@@ -6,7 +6,7 @@
 //! Ad = R    ad = φ^    J_r = I − c₂φ^ + c₃φ^²    J_r⁻¹ = I + ½φ^ + d·φ^²    J_l = J_rᵀ
 //! ```
 //! Solà et al. (2018) (138)–(149), coefficients of [`super::Stumpff`]. The logarithm never takes an arc cosine of a trace or
-//! of w, which loses half the digits near 0 and near π: `log(exp(φ))` returns φ within ε for every |φ| < π.
+//! of w, which loses half the digits near 0 and near π: Log is within 2ε of the truth, relative to θ, for every θ ≤ π.
 //!
 //! Pitfalls. q and −q are one rotation: `==` knows, component-wise comparison does not. At θ = π both φ and −φ are
 //! right; the stored sign decides, see [`SO3::log_near`] for tracking a rotation vector through π. Quaternion order
