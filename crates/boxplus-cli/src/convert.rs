@@ -14,9 +14,10 @@ use crate::output::{Console, is_standard};
 /// Reads one format, writes another.
 pub fn run(options: &Convert, global: &Global, console: Console) -> Result<(), Error> {
     let format = format(&options.output, options.to)?;
-    let console = console.beside(Some(&options.output));
+    let console = console.beside(Some(&options.output))?;
     let loaded = input::load(&options.input, global, console)?;
-    save(&loaded.graph, &options.output, format, console)
+    save(&loaded.graph, &options.output, format, console)?;
+    console.wrote("convert", &loaded.name, &[&options.output])
 }
 
 /// The format to write: as asked, or as the name tells.

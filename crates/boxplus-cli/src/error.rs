@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use boxplus::io::IoError;
+use boxplus::io::IoErrorKind::{DuplicateId, TooManyFields, ZeroQuaternion};
 use miette::{Diagnostic, SourceSpan};
 use thiserror::Error;
 
@@ -21,18 +22,10 @@ pub enum Error {
         #[source]
         source: io::Error,
     },
-    /// The input is not what it should be.
-    #[error("{message}")]
-    Malformed {
-        message: String,
-        #[help]
-        help: Option<String>,
-        #[source_code]
-        excerpt: Excerpt,
-        #[label("{label}")]
-        span: SourceSpan,
-        label: String,
-    },
+    /// The input is not what it should be, at a place.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Malformed(Box<Malformed>),
     /// The input as a whole is not what it should be.
     #[error("{message}")]
     Unreadable {
@@ -70,6 +63,20 @@ pub enum Error {
     Stdout(#[source] io::Error),
 }
 
+/// A fault at a place of the input.
+#[derive(Debug, Error, Diagnostic)]
+#[error("{message}")]
+pub struct Malformed {
+    message: String,
+    #[help]
+    help: String,
+    #[source_code]
+    excerpt: Excerpt,
+    #[label("{label}")]
+    span: SourceSpan,
+    label: String,
+}
+
 /// How the program ends when nothing fails.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
@@ -86,15 +93,25 @@ pub enum Outcome {
 impl Error {
     /// A file that the reader refused, with the place in it.
     pub fn parsing(error: &IoError, bytes: &[u8]) -> Self {
-        let (message, help) = (error.kind.to_string(), Some(error.help()));
+        let message = error.kind.to_string();
         let text = boxplus::io::decompress(bytes, &error.name).unwrap_or_default();
         let Some(place) = &error.place else {
-            return Self::Unreadable { message: format!("{}: {message}", error.name), help };
+            return Self::Unreadable {
+                message: format!("{}: {message}", error.name),
+                help: Some(error.help()),
+            };
         };
         let excerpt = Excerpt::new(&error.name, &text, place.span.clone());
-        let label =
-            place.expected().map_or("here".to_owned(), |expected| format!("{expected} expected here"));
-        Self::Malformed { message, help, span: excerpt.span(), excerpt, label }
+        let label = match (&error.kind, place.expected()) {
+            (ZeroQuaternion | DuplicateId { .. } | TooManyFields { .. }, _) | (_, None) => "here".to_owned(),
+            (_, Some(expected)) => format!("{expected} expected here"),
+        };
+        Self::malformed(message, error.help(), excerpt, label)
+    }
+
+    /// A fault at the marked place of an excerpt.
+    pub fn malformed(message: String, help: String, excerpt: Excerpt, label: String) -> Self {
+        Self::Malformed(Box::new(Malformed { message, help, span: excerpt.span(), excerpt, label }))
     }
 
     /// Prints the report on standard error.
@@ -115,7 +132,7 @@ impl Error {
         ExitCode::from(match self {
             Self::Write { .. } | Self::Unwritable { .. } | Self::Stdout(_) => 1,
             Self::Usage { .. } => 2,
-            Self::Read { .. } | Self::Malformed { .. } | Self::Unreadable { .. } => 3,
+            Self::Read { .. } | Self::Malformed(_) | Self::Unreadable { .. } => 3,
             Self::Undetermined { .. } => 4,
         })
     }

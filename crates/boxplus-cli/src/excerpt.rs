@@ -27,7 +27,7 @@ impl Excerpt {
         let line_start = content[..start].iter().rposition(|&b| b == b'\n').map_or(0, |i| i + 1);
         let line_end = end_of_line(content, start);
         let end = span.end.clamp(start, line_end.max(start));
-        let line = content[..line_start].iter().filter(|&&b| b == b'\n').count();
+        let line = content[..line_start].split(|&b| b == b'\n').count() - 1;
         if line_end - line_start > WIDTH {
             let from = line_start.max(start.saturating_sub(BEFORE));
             let to = line_end.min(from + WIDTH);

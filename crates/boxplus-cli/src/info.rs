@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::args::{Global, Info};
 use crate::error::Error;
 use crate::input::{self, Loaded};
-use crate::output::{Console, DIM, GOOD, STRONG, WARN};
+use crate::output::{self, Console, DIM, GOOD, STRONG, WARN};
 use crate::report::row;
 use crate::text::{count, grouped, significant};
 
@@ -18,7 +18,7 @@ pub fn run(options: &Info, global: &Global, console: Console) -> Result<(), Erro
     let loaded = input::load(&options.input, global, console)?;
     let (statistics, faults) = (loaded.graph.statistics(), loaded.faults());
     if console.is_json() {
-        return console.document(&document(&loaded, &statistics, &faults));
+        return output::document(&document(&loaded, &statistics, &faults));
     }
     console.say(&screen(&loaded, &statistics, &faults, console.is_verbose()))
 }
@@ -80,6 +80,11 @@ impl FaultReport {
     pub fn new(fault: &Fault) -> Self {
         let line = Some(fault.line().0).filter(|&line| line > 0);
         Self { severity: severity(fault), line, message: fault.to_string() }
+    }
+
+    /// `note`, `warning` or `error`.
+    pub fn severity(&self) -> &'static str {
+        self.severity
     }
 
     /// One line of a screen.

@@ -1,4 +1,5 @@
 //! The boxplus command line: flags and files in, a call of the library, a report out.
+#![allow(unreachable_pub, reason = "a program has no outside: `pub` is what other modules use")]
 
 mod args;
 mod before_after;

@@ -21,6 +21,7 @@ pub const WARN: Style = AnsiColor::Yellow.on_default();
 
 /// The way to standard output and standard error; colours reach a terminal only, `NO_COLOR` is honoured.
 #[derive(Clone, Copy, Debug)]
+#[allow(clippy::struct_excessive_bools, reason = "independent switches of the user")]
 pub struct Console {
     json: bool,
     quiet: bool,
@@ -35,10 +36,27 @@ impl Console {
         Self { json, quiet, verbose, occupied: false }
     }
 
-    /// The same, where `output` may be `-`, standard output.
-    #[must_use]
-    pub fn beside(self, output: Option<&Path>) -> Self {
-        Self { occupied: self.occupied || output.is_some_and(is_standard), ..self }
+    /// The same, where `output` may be `-`, standard output, which carries one thing only.
+    pub fn beside(self, output: Option<&Path>) -> Result<Self, Error> {
+        let wanted = output.is_some_and(is_standard);
+        if wanted && (self.json || self.occupied) {
+            let other = if self.json { "--json" } else { "another file" };
+            return Err(Error::Usage {
+                message: format!("standard output is wanted for a file and for {other}"),
+                help: Some("write the file to a path".to_owned()),
+            });
+        }
+        Ok(Self { occupied: self.occupied || wanted, ..self })
+    }
+
+    /// The document of a verb that only writes files.
+    pub fn wrote(self, verb: &str, input: &str, outputs: &[&Path]) -> Result<(), Error> {
+        let outputs: Vec<_> = outputs.iter().map(|path| path.display().to_string()).collect();
+        let format = format!("boxplus.{verb}");
+        if !self.json {
+            return Ok(());
+        }
+        document(&serde_json::json!({ "format": format, "version": 1, "input": input, "outputs": outputs }))
     }
 
     /// Whether a machine reads.
@@ -77,18 +95,18 @@ impl Console {
         }
     }
 
-    /// The document for machines.
-    pub fn document(self, document: &impl Serialize) -> Result<(), Error> {
-        let mut out = io::stdout().lock();
-        serde_json::to_writer_pretty(&mut out, document).map_err(io::Error::from).map_err(Error::Stdout)?;
-        writeln!(out).and_then(|()| out.flush()).map_err(Error::Stdout)
-    }
-
     /// Writes a file and says where it is.
     pub fn write(self, path: &Path, bytes: &[u8]) -> Result<(), Error> {
         write(path, bytes)?;
         if is_standard(path) { Ok(()) } else { self.say(&format!("{GOOD}wrote{GOOD:#} {}", path.display())) }
     }
+}
+
+/// Prints the document for machines.
+pub fn document(document: &impl Serialize) -> Result<(), Error> {
+    let mut out = io::stdout().lock();
+    serde_json::to_writer_pretty(&mut out, document).map_err(io::Error::from).map_err(Error::Stdout)?;
+    writeln!(out).and_then(|()| out.flush()).map_err(Error::Stdout)
 }
 
 /// `-` stands for standard output.
@@ -151,7 +169,8 @@ fn new_file(folder: PathBuf) -> io::Result<tempfile::NamedTempFile> {
         // As any new file: the umask takes its part.
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
-    builder.tempfile_in(folder)
+    // The error without the name of the temporary file, which nobody knows.
+    builder.tempfile_in(folder).map_err(|error| error.kind().into())
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use boxplus::pose_graph::{Constraint, PoseGraph, SolveSettings};
+use boxplus::pose_graph::{Constraint, Indefinite, PoseGraph, SolveSettings};
 
 use crate::args::{Global, Plot};
 use crate::draw::{Figure, Panel, Scene, png};
@@ -39,12 +39,14 @@ pub fn run(options: &Plot, global: &Global, console: Console) -> Result<(), Erro
     let loaded = input::load(&options.input, global, console)?;
     let panel = panel(&loaded)?;
     let figure = Figure { title: loaded.title(), facts: facts(&loaded.graph), panels: vec![panel] };
-    save(&figure, picture, &options.output, console)
+    save(&figure, picture, &options.output, console)?;
+    console.wrote("plot", &loaded.name, &[&options.output])
 }
 
 /// The graph where its vertices are, or, where it has none, as first estimated.
 fn panel(loaded: &Loaded) -> Result<Panel, Error> {
-    let settings = SolveSettings::default();
+    // A picture is wanted even of a graph that cannot be solved.
+    let settings = SolveSettings { indefinite: Indefinite::Skip, ..SolveSettings::default() };
     let refused = |error| loaded.refusal(error);
     let (heading, graph) = if loaded.graph.vertex_count() > 0 {
         ("As in the file", loaded.graph.clone())
@@ -52,7 +54,7 @@ fn panel(loaded: &Loaded) -> Result<Panel, Error> {
         ("First estimate", loaded.graph.initialised(&settings).map_err(refused)?)
     };
     let chi2 = graph.chi2(&settings).map_err(refused)?;
-    let note = format!("cost {}", significant(0.5 * chi2.iter().sum::<f64>(), 6));
+    let note = format!("cost {}", significant(0.5 * chi2.iter().filter(|x| !x.is_nan()).sum::<f64>(), 6));
     Ok(Panel { heading: heading.to_owned(), note, scene: Scene::of(&graph, &sigmas(&graph, &chi2)) })
 }
 

@@ -33,16 +33,10 @@ impl Loaded {
             n => format!(" (and {})", count(n, "fault more", "faults more")),
         };
         let message = format!("{first}{others}");
-        let help = Some(self.help(first, faults.len()));
+        let help = self.help(first, faults.len());
         match self.line(first.line().0) {
-            Some(excerpt) => Error::Malformed {
-                message,
-                help,
-                span: excerpt.span(),
-                excerpt,
-                label: "read here".to_owned(),
-            },
-            None => Error::Unreadable { message: format!("{}: {message}", self.name), help },
+            Some(excerpt) => Error::malformed(message, help, excerpt, "read here".to_owned()),
+            None => Error::Unreadable { message: format!("{}: {message}", self.name), help: Some(help) },
         }
     }
 

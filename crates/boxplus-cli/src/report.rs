@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use boxplus::graph::{Initial, Iteration};
+use boxplus::graph::{Initial, Iteration, VariableName};
 use boxplus::pose_graph::solve::Misfit;
 use boxplus::pose_graph::{PoseGraph, Solved};
 use serde::Serialize;
@@ -52,7 +52,7 @@ pub struct SolveDocument {
     pub threads: usize,
     pub gauge: Gauge,
     pub initialisation: Initialisation,
-    pub trace: Vec<Step>,
+    pub trace: Vec<Trial>,
     pub worst_edges: Vec<WorstEdge>,
     pub faults: Vec<FaultReport>,
     /// What nothing constrains, in words.
@@ -118,8 +118,9 @@ pub struct Candidate {
     pub cost: f64,
 }
 
+/// A trial step.
 #[derive(Debug, Serialize)]
-pub struct Step {
+pub struct Trial {
     pub cost: f64,
     pub gradient: f64,
     pub step: f64,
@@ -168,7 +169,7 @@ impl SolveDocument {
             threads: report.threads,
             gauge: Gauge::new(&method.fix, solved),
             initialisation: Initialisation::new(solved),
-            trace: report.iterations.iter().map(Step::new).collect(),
+            trace: report.iterations.iter().map(|i| Trial::new(i, method.chart.library().factor())).collect(),
             worst_edges: solved.worst(DETAILED).iter().map(WorstEdge::new).collect(),
             faults: loaded.faults().iter().map(FaultReport::new).collect(),
             unconstrained: solved.unconstrained.as_ref().map(ToString::to_string),
@@ -207,7 +208,13 @@ impl SolveDocument {
 
     fn cost_row(&self) -> String {
         let robust = self.robust.as_ref().map_or(String::new(), |kernel| format!(", robust {kernel}"));
-        let what = format!("{DIM}½Σ eᵀΩe, {}{robust}{DIM:#}", self.chart);
+        let convention = match self.chart {
+            "g2o" => "χ² of g2o",
+            "ceres" => "½Σ of Ceres' pose graphs",
+            "se-sync" => "objective of SE-Sync",
+            _ => "½Σ eᵀΩe, e the logarithm",
+        };
+        let what = format!("{DIM}{convention}{robust}{DIM:#}");
         let (from, to) = (significant(self.initial_cost, 6), significant(self.cost, DIGITS));
         row("cost", &format!("{from} → {STRONG}{to}{STRONG:#}   {what}"))
     }
@@ -217,8 +224,8 @@ impl SolveDocument {
             [self.costs.log, self.costs.g2o, self.costs.se_sync, self.costs.ceres]
                 .map(|x| significant(x, DIGITS));
         [
-            row("", &format!("{DIM}log ½Σ{DIM:#}   {log:<16} {DIM}g2o χ²{DIM:#}   {g2o}")),
-            row("", &format!("{DIM}ceres ½Σ{DIM:#} {ceres:<16} {DIM}se-sync{DIM:#}  {se_sync}")),
+            row("", &format!("{DIM}log ½Σ{DIM:#}   {log:<18} {DIM}g2o χ²{DIM:#}   {g2o}")),
+            row("", &format!("{DIM}ceres ½Σ{DIM:#} {ceres:<18} {DIM}se-sync{DIM:#}  {se_sync}")),
         ]
     }
 
@@ -232,13 +239,14 @@ impl SolveDocument {
 
     fn start(&self) -> String {
         let others = self.initialisation.candidates.iter().filter(|c| c.name != self.initialisation.chosen);
-        let others: Vec<_> = others.map(|c| format!("{} {}", c.name, significant(c.cost, 4))).collect();
+        let others: Vec<_> =
+            others.map(|c| format!("{} {}", c.name.replace('_', " "), significant(c.cost, 4))).collect();
         let rest = if others.is_empty() {
             String::new()
         } else {
             format!("   {DIM}rather than {}{DIM:#}", others.join(", "))
         };
-        format!("{}{rest}", self.initialisation.chosen)
+        format!("{}{rest}", self.initialisation.chosen.replace('_', " "))
     }
 
     fn held(&self) -> String {
@@ -270,7 +278,7 @@ impl SolveDocument {
 
     fn fault_rows(&self) -> Vec<String> {
         let shown = self.faults.iter().take(WORST);
-        let mut rows: Vec<_> = shown.map(|fault| row("fault", &fault.text())).collect();
+        let mut rows: Vec<_> = shown.map(|fault| row(fault.severity(), &fault.text())).collect();
         if self.faults.len() > WORST {
             rows.push(row(
                 "",
@@ -345,8 +353,14 @@ impl Gauge {
         let mut fixed = [solved.graph.fixed.as_slice(), asked].concat();
         fixed.sort_unstable();
         fixed.dedup();
-        Self { fixed, held: solved.report.gauge.iter().map(ToString::to_string).collect() }
+        Self { fixed, held: solved.report.gauge.iter().map(spoken).collect() }
     }
+}
+
+/// `pose 7`.
+fn spoken(variable: &VariableName) -> String {
+    let kind = if matches!(variable.kind, "SE2" | "SE3") { "pose" } else { "point" };
+    format!("{kind} {}", variable.label)
 }
 
 impl Initialisation {
@@ -359,10 +373,11 @@ impl Initialisation {
     }
 }
 
-impl Step {
-    fn new(iteration: &Iteration) -> Self {
+impl Trial {
+    /// The solver counts in ½ Σ eᵀΩe, `factor` times that is what the chart's tool prints.
+    fn new(iteration: &Iteration, factor: f64) -> Self {
         let &Iteration { cost, gradient, step, damping, accepted, seconds, .. } = iteration;
-        Self { cost, gradient, step, damping, accepted, seconds }
+        Self { cost: factor * cost, gradient, step, damping, accepted, seconds }
     }
 }
 

@@ -14,13 +14,15 @@ pub fn run(options: &Simulate, global: &Global, console: Console) -> Result<(), 
     let format_of = |path: &Path| format(path, options.to);
     let (output_format, truth_format) =
         (format_of(&options.output)?, options.truth.as_deref().map(format_of).transpose()?);
-    let console = console.beside(Some(&options.output)).beside(options.truth.as_deref());
+    let console = console.beside(Some(&options.output))?.beside(options.truth.as_deref())?;
     let Simulated { graph, truth } = run_world(options.name, options.world, global.seed)?;
     save(&graph, &options.output, output_format, console)?;
-    match options.truth.as_deref().zip(truth_format) {
-        Some((path, format)) => save(&truth, path, format, console),
-        None => Ok(()),
+    if let Some((path, format)) = options.truth.as_deref().zip(truth_format) {
+        save(&truth, path, format, console)?;
     }
+    let outputs: Vec<&Path> =
+        [options.output.as_path()].into_iter().chain(options.truth.as_deref()).collect();
+    console.wrote("simulate", &format!("demo:{}", options.name), &outputs)
 }
 
 /// Simulates a world.

@@ -15,7 +15,7 @@ use crate::convert::{format, save};
 use crate::error::{Error, Outcome};
 use crate::input::{self, Loaded};
 use crate::interrupt;
-use crate::output::Console;
+use crate::output::{self, Console};
 use crate::plot::{self, Picture};
 use crate::progress::Progress;
 use crate::report::SolveDocument;
@@ -26,7 +26,7 @@ pub fn run(options: &Solve, global: &Global, console: Console) -> Result<Outcome
     let started = Instant::now();
     let output = options.output.as_deref().map(|path| result_format(path, options.to)).transpose()?;
     let picture = options.plot.as_deref().map(Picture::of).transpose()?;
-    let console = console.beside(options.output.as_deref());
+    let console = console.beside(options.output.as_deref())?;
     interrupt::watch();
 
     let loaded = input::load(&options.input, global, console)?;
@@ -47,7 +47,7 @@ pub fn run(options: &Solve, global: &Global, console: Console) -> Result<Outcome
         document.wrote(path);
     }
     if console.is_json() {
-        console.document(&document)?;
+        output::document(&document)?;
     }
     Ok(outcome(&solved, options.output.is_some(), console))
 }
@@ -85,15 +85,15 @@ fn settings(method: &Method, global: &Global) -> SolveSettings {
 
 fn optimise(loaded: &Loaded, settings: &SolveSettings, console: Console) -> Result<Solved, Error> {
     let progress = Progress::start(console, "looking for a first estimate");
-    let mut steps = 0;
+    let (mut steps, factor) = (0, settings.chart.factor());
     let observe = &mut |event: Event<'_>| {
         match event {
             Event::Initialised(_, cost) => {
-                progress.now(format!("optimising from cost {}", significant(cost, 6)))
+                progress.now(format!("optimising from cost {}", significant(cost, 6)));
             }
             Event::Iteration(iteration) => {
                 steps += 1;
-                progress.now(format!("step {steps}, cost {}", significant(iteration.cost, 6)));
+                progress.now(format!("step {steps}, cost {}", significant(factor * iteration.cost, 6)));
             }
         }
         if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

@@ -22,8 +22,8 @@ pub fn significant(x: f64, digits: usize) -> String {
     let (mantissa, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
     let exponent: i32 = exponent.parse().unwrap_or(0);
     if (-3..6).contains(&exponent) {
-        let decimals = digits as i32 - 1 - exponent;
-        trimmed(&format!("{x:.*}", usize::try_from(decimals).unwrap_or(0)))
+        let decimals = digits.saturating_add_signed(-1 - exponent as isize);
+        trimmed(&format!("{x:.decimals$}"))
     } else {
         format!("{}×10{}", trimmed(mantissa), superscript(exponent))
     }

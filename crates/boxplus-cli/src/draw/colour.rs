@@ -26,9 +26,14 @@ const DECADES: i32 = 6;
 
 /// `colour` with `amount` ∈ \[0, 1\] of the paper mixed in.
 pub fn fade(colour: Color, amount: f64) -> Color {
-    let mix =
-        |c: u8, p: u8| (f64::from(c) + amount.clamp(0.0, 1.0) * (f64::from(p) - f64::from(c))).round() as u8;
+    let mix = |c: u8, p: u8| steps(f64::from(c) + amount.clamp(0.0, 1.0) * (f64::from(p) - f64::from(c)));
     Color { r: mix(colour.r, PAPER.r), g: mix(colour.g, PAPER.g), b: mix(colour.b, PAPER.b) }
+}
+
+/// The nearest whole number in [0, 255].
+#[allow(clippy::cast_sign_loss, reason = "clamped")]
+pub fn steps(x: f64) -> u8 {
+    x.round().clamp(0.0, 255.0) as u8
 }
 
 /// The colour at `t` ∈ \[0, 1\] of the residual scale: calm blue to hot orange, perceptually uniform.
@@ -54,7 +59,7 @@ impl Decades {
     }
 
     /// Where `x` stands on the scale, in \[0, 1\].
-    pub fn position(&self, x: f64) -> f64 {
+    pub fn position(self, x: f64) -> f64 {
         let t = (x.log10() - f64::from(self.low)) / f64::from(self.high - self.low);
         if t.is_nan() { 1.0 } else { t.clamp(0.0, 1.0) }
     }

@@ -6,7 +6,7 @@ use svg::Document;
 use svg::node::element::Group;
 
 use super::camera::{Camera, Spot};
-use super::colour::{Decades, ELLIPSE, GRID, INK, LANDMARK, MUTED, SIGHTING, TRACK, fade, heat};
+use super::colour::{Decades, ELLIPSE, GRID, INK, LANDMARK, MUTED, SIGHTING, TRACK, fade, heat, steps};
 use super::page::{Anchor, Type, clipped, dot, ellipse, line, path, text};
 use super::strokes::{Kind, Layer, STEPS, Strokes};
 use super::window::{Area, Window, aspect};
@@ -102,7 +102,7 @@ impl Depth {
 
     fn index(&self, near: f64) -> u8 {
         if self.step.is_finite() {
-            ((near - self.far) / self.step).clamp(0.0, f64::from(STEPS - 1)) as u8
+            steps(((near - self.far) / self.step).floor()).min(STEPS - 1)
         } else {
             STEPS - 1
         }
@@ -134,7 +134,7 @@ impl View<'_> {
         }
         for link in &scene.loops {
             let heat = decades.map_or(0.0, |d| d.position(link.residual));
-            add(Kind::Loop, (heat * f64::from(STEPS - 1)).round() as u8, [&link.ends[0], &link.ends[1]]);
+            add(Kind::Loop, steps(heat * f64::from(STEPS - 1)), [&link.ends[0], &link.ends[1]]);
         }
         for pair in scene.tracks.iter().flat_map(|track| track.windows(2)) {
             add(Kind::Track, 0, [&pair[0], &pair[1]]);

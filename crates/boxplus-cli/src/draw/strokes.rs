@@ -98,26 +98,26 @@ mod tests {
 
     const LAYER: Layer = Layer { depth: 0, kind: Kind::Track, colour: 0 };
 
-    fn data(segments: &[((f64, f64), (f64, f64))]) -> Vec<String> {
+    fn data(segments: &[[(f64, f64); 2]]) -> Vec<String> {
         let mut strokes = Strokes::default();
-        segments.iter().for_each(|&(a, b)| strokes.segment(LAYER, a, b));
+        segments.iter().for_each(|&[a, b]| strokes.segment(LAYER, a, b));
         strokes.into_paths().map(|(_, data)| data).collect()
     }
 
     #[test]
     fn joined_segments_are_one_line() {
-        assert_eq!(data(&[((1.0, 2.0), (3.5, 2.0)), ((3.5, 2.0), (3.0, 1.9))]), ["M1 2l2.5 0l-.5-.1"]);
+        assert_eq!(data(&[[(1.0, 2.0), (3.5, 2.0)], [(3.5, 2.0), (3.0, 1.9)]]), ["M1 2l2.5 0l-.5-.1"]);
     }
 
     #[test]
     fn separate_segments_share_a_path() {
-        assert_eq!(data(&[((0.0, 0.0), (1.0, 0.0)), ((5.0, 5.0), (5.0, 6.0))]), ["M0 0l1 0m4 5l0 1"]);
+        assert_eq!(data(&[[(0.0, 0.0), (1.0, 0.0)], [(5.0, 5.0), (5.0, 6.0)]]), ["M0 0l1 0m4 5l0 1"]);
     }
 
     #[test]
     fn what_cannot_be_seen_is_left_out() {
         assert!(
-            data(&[((0.0, 0.0), (0.01, 0.0)), ((f64::NAN, 0.0), (1.0, 0.0)), ((1e9, 0.0), (1.0, 0.0))])
+            data(&[[(0.0, 0.0), (0.01, 0.0)], [(f64::NAN, 0.0), (1.0, 0.0)], [(1e9, 0.0), (1.0, 0.0)]])
                 .is_empty()
         );
     }

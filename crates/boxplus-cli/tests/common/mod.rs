@@ -1,5 +1,6 @@
 //! Runs the program as a user would.
 #![allow(dead_code, reason = "each test file uses its part")]
+#![allow(clippy::unwrap_used, unreachable_pub, reason = "a test may panic, and is no library")]
 
 use std::fs;
 use std::path::PathBuf;

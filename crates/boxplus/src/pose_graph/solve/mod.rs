@@ -59,7 +59,7 @@ impl ChartKind {
     }
 
     /// The objective of this chart's tool as a multiple of ½ Σ eᵀΩe.
-    fn factor(self) -> f64 {
+    pub fn factor(self) -> f64 {
         match self {
             Self::Log | Self::Ceres => 1.0,
             Self::G2o | Self::SeSync => 2.0,
