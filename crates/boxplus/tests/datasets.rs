@@ -49,7 +49,7 @@ const OPTIMA: [(&str, [f64; 4]); 11] = [
     ("tinyGrid3D.g2o", [18.51936642, 9.313909434, 6.727881617, 9.259683211]),
 ];
 
-/// The best log costs that any solver is known to reach on the other files.
+/// The best log costs that any solver is known to reach on the other files, to six digits.
 const OTHERS: [(&str, f64); 5] = [
     ("M3500a.g2o", 456.096),
     ("manhattanOlson3500.g2o", 73.0394),
@@ -94,7 +94,7 @@ fn no_solver_is_known_to_do_better_on_the_other_files() {
         let solved = solve(&read(&folder, name), &SolveSettings::default()).unwrap();
         println!("{name}: {}", solved.cost);
         assert!(
-            solved.report.converged() && solved.cost < best * (1.0 + 1e-5),
+            solved.report.converged() && solved.cost < best * (1.0 + 5e-6),
             "{name}: {} > {best}",
             solved.cost
         );

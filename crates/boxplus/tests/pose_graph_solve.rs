@@ -112,6 +112,31 @@ fn what_is_beyond_mending_is_still_refused_by_name() {
 }
 
 #[test]
+fn what_cannot_be_used_is_named_even_where_no_single_number_is_at_fault() {
+    // Far lever arms: the information of the body is not positive definite to rounding.
+    let text = "PARAMS_SE3OFFSET 0 1e7 2e7 3e7 0 0 0 1\nVERTEX_SE3:QUAT 0 0 0 0 0 0 0 1\n\
+                EDGE_SE3_PRIOR 0 0 0 0 0 0 0 0 1 1 0 0 0 0 0 1 0 0 0 0 1 0 0 0 1 0 0 1 0 1\n";
+    let error = solve(&read(text), &SolveSettings::default()).err().unwrap();
+    assert!(error.to_string().contains("line 3 cannot be used"), "{error}");
+
+    let point = solve(&read("EDGE_PRIOR_XY 9 1 2 1 0 1\n"), &SolveSettings::default()).unwrap();
+    assert!((point.graph.points2[0].value - nalgebra::vector![1.0, 2.0]).amax() < 1e-9);
+
+    let mut graph = read("VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 0 0\nEDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\n");
+    graph.poses2[1].id = 0;
+    let error = solve(&graph, &SolveSettings::default()).err();
+    assert_eq!(error, Some(PoseGraphError::AmbiguousVertex { id: 0 }));
+}
+
+#[test]
+fn vertices_that_nothing_measures_have_no_covariance_and_stop_no_other() {
+    let graph =
+        read("VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 0 0\nVERTEX_SE2 2 5 5 0\nEDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\n");
+    let sure = graph.position_covariances(&[0, 1, 2], &SolveSettings::default()).unwrap();
+    assert_eq!(sure.iter().map(|one| one.id).collect::<Vec<_>>(), [0, 1]);
+}
+
+#[test]
 fn dangling_edges_are_refused_by_name() {
     let graph = read("VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 0 0\nEDGE_SE2 0 5 1 0 0 1 0 0 1 0 1\n");
     let error = solve(&graph, &SolveSettings::default()).err().unwrap();

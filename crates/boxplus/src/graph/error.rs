@@ -2,6 +2,7 @@
 
 use super::diagnose::Unconstrained;
 use super::names::{FactorName, VariableName};
+use super::robust::Kernel;
 
 /// Why a graph cannot be solved, or a matrix cannot be a noise.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -38,10 +39,13 @@ pub enum GraphError {
         factor: FactorName,
     },
     /// A matrix holds NaN or infinity.
-    #[error("the {what} holds a number that is not finite")]
-    NotFinite {
-        /// Which matrix.
-        what: &'static str,
+    #[error("the matrix holds a number that is not finite")]
+    NotFinite,
+    /// A standard deviation is not positive and finite.
+    #[error("a standard deviation must be positive and finite, not {sigma}")]
+    InvalidSigma {
+        /// The first such number.
+        sigma: f64,
     },
     /// A matrix that must be symmetric is not.
     #[error("the matrix is not symmetric: two mirrored entries differ by {asymmetry:.3e}")]
@@ -69,11 +73,13 @@ pub enum GraphError {
         "the normal equations lost positive definiteness to rounding; rescale the noises, or use Levenberg–Marquardt"
     )]
     IllConditioned,
-    /// Parts of a pose graph are connected by no relative measurement to anything with a known pose.
-    #[error("{} pose(s) are connected to the rest by no measurement, the first is {}; add measurements, give them values, or solve the parts apart", variables.len(), variables[0])]
-    Unconnected {
-        /// All of them, at least one.
-        variables: Vec<VariableName>,
+    /// The scale of a robust kernel is not positive and finite, or Barron's shape is above 2.
+    #[error(
+        "{kernel:?} is no robust kernel: its scale must be positive and finite (and Barron's shape at most 2)"
+    )]
+    InvalidKernel {
+        /// The first such kernel.
+        kernel: Kernel,
     },
     /// Memory for the factorisation could not be had.
     #[error(

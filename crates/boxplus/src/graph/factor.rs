@@ -112,6 +112,8 @@ pub trait Variables: Copy + Send + Sync + 'static {
         factor: &F,
         at: &Self,
     ) -> Self::Jacobians<R>;
+    /// What messages call each.
+    const NAMES: &'static [&'static str];
     #[doc(hidden)]
     fn kinds() -> &'static [fn() -> TypeId];
     #[doc(hidden)]
@@ -135,6 +137,7 @@ macro_rules! variables {
     ($($v:ident $x:ident $position:tt),+) => {
         impl<$($v: Variable),+> Variables for ($($v,)+) {
             const DIMS: &'static [usize] = &[$($v::DIM),+];
+            const NAMES: &'static [&'static str] = &[$($v::NAME),+];
             type Keys = ($(Key<$v>,)+);
             type Over<S: Real> = ($($v::Over<S>,)+);
             type Jacobians<const R: usize> = ($($v::Jacobian<R>,)+);
@@ -301,6 +304,8 @@ pub(crate) trait AnySet: Any + Send + Sync {
     /// The kinds of the variables that each factor reads, and their slots.
     fn kinds(&self) -> &'static [fn() -> TypeId];
     fn slots(&self, index: usize) -> &Slots;
+    /// What messages call the kinds.
+    fn kind_names(&self) -> &'static [&'static str];
     /// The variables of a factor.
     fn ids(&self, index: usize) -> Vec<VariableId> {
         self.kinds()
@@ -329,6 +334,8 @@ pub(crate) trait AnySet: Any + Send + Sync {
     /// Adds what [`Self::linearise`] wrote to the normal equations, factor by factor.
     fn scatter(&self, range: Range<usize>, parts: &[f64], plan: &SetPlan, normal: &mut Normal);
     fn set_kernel(&mut self, kernel: Kernel);
+    /// A kernel whose scale makes no sense.
+    fn invalid_kernel(&self) -> Option<Kernel>;
     fn as_any(&self) -> &dyn Any;
     fn as_any_mut(&mut self) -> &mut dyn Any;
 }
@@ -373,6 +380,9 @@ impl<F: Factor<R>, const R: usize> AnySet for FactorSet<F, R> {
     }
     fn slots(&self, index: usize) -> &Slots {
         &self.slots[index]
+    }
+    fn kind_names(&self) -> &'static [&'static str] {
+        F::Variables::NAMES
     }
     fn cost(&self, values: &Values, range: Range<usize>) -> f64 {
         let stores = F::Variables::stores(values);
@@ -436,6 +446,9 @@ impl<F: Factor<R>, const R: usize> AnySet for FactorSet<F, R> {
     }
     fn set_kernel(&mut self, kernel: Kernel) {
         self.kernels.fill(kernel);
+    }
+    fn invalid_kernel(&self) -> Option<Kernel> {
+        self.kernels.iter().find(|kernel| !kernel.is_valid()).copied()
     }
     fn as_any(&self) -> &dyn Any {
         self

@@ -6,12 +6,14 @@ use crate::partition::Partition;
 
 /// Holds one variable in every connected part that has no held variable and whose factors are all relative.
 ///
-/// The one held is the first of the largest kind (a pose rather than a landmark). Returns what was held.
+/// The one held is the first pose of the largest kind, or the first of anything where there is no pose. Returns what was
+/// held.
 pub(crate) fn fix(sets: &[Box<dyn AnySet>], values: &mut Values) -> Vec<VariableId> {
     let mut held = vec![];
     for part in parts(sets, values).iter().filter(|part| !part.anchored) {
-        let largest = part.variables.iter().map(|&id| values.dim(id)).max();
-        held.extend(part.variables.iter().find(|&&id| Some(values.dim(id)) == largest));
+        let rank = |id: VariableId| (values.is_pose(id), values.dim(id));
+        let highest = part.variables.iter().map(|&id| rank(id)).max();
+        held.extend(part.variables.iter().find(|&&id| Some(rank(id)) == highest));
     }
     held.iter().for_each(|&id| values.set_held(id, true));
     held

@@ -10,7 +10,8 @@ use super::linear::cholesky::Cholesky;
 use super::linear::evaluate::Evaluator;
 use super::linear::structure::Structure;
 use super::names::VariableName;
-use super::values::{Values, VariableId};
+use super::values::{Key, Values, VariableId};
+use super::variable::GroupVariable;
 
 /// Right-hand sides solved at once.
 const COLUMNS: usize = 16;
@@ -18,7 +19,7 @@ const COLUMNS: usize = 16;
 /// Covariances of the variables at an estimate: blocks of (JᵀJ)⁻¹.
 ///
 /// Every covariance is on the **local (right) side**, X = X̄·Exp(ξ), ξ ~ N(0, Σ), in the order of the tangent (metres
-/// before radians); for the global side take Ad_X̄ Σ Ad_X̄ᵀ (Solà et al. (2018) (54)). Held variables are known exactly:
+/// before radians); [`Self::covariance_global`] has the other side (Solà et al. (2018) (54)). Held variables are known exactly:
 /// their covariance is zero. Where the graph has no held variable and no prior, all is relative to
 /// [`Marginals::gauge`].
 pub struct Marginals {
@@ -61,6 +62,21 @@ impl Marginals {
         self.joint(&[variable.into()])
     }
 
+    /// D×D covariance of one group element on the **global (left) side**, X = Exp(ξ)·X̄: Ad_X̄ Σ Ad_X̄ᵀ, exactly.
+    ///
+    /// # Errors
+    /// As [`Self::covariance`].
+    pub fn covariance_global<G: GroupVariable<D>, const D: usize>(
+        &mut self,
+        variable: Key<G>,
+    ) -> Result<DMatrix<f64>, GraphError> {
+        let local = self.covariance(variable)?;
+        let mean =
+            self.values.get(variable).ok_or(GraphError::Unread { variable: self.values.name(variable) })?;
+        let adjoint = DMatrix::from_column_slice(D, D, mean.adjoint().as_slice());
+        Ok(&adjoint * local * adjoint.transpose())
+    }
+
     /// Joint covariance of several variables, local side each, in the order given: its blocks off the diagonal are their
     /// correlations.
     ///
@@ -73,7 +89,7 @@ impl Marginals {
             if place.is_none() && !self.values.is_held(id) {
                 return Err(match self.values.state(id) {
                     Some(_) => GraphError::Unread { variable: self.values.name(id) },
-                    None => GraphError::ForeignKey { kind: "variable", number: id.slot },
+                    None => GraphError::ForeignKey { kind: self.values.name(id).kind, number: id.slot },
                 });
             }
             rows.extend((0..self.values.dim(id)).map(|i| place.map(|start| start + i)));

@@ -45,9 +45,11 @@ pub use diagnose::{FreeCoordinate, Unconstrained};
 pub use error::GraphError;
 pub use factor::{Factor, FactorId, MAX_ARITY, Variables, dual_jacobians};
 
+#[cfg(feature = "io")]
+pub(crate) use factors::isotropic_information;
 pub use factors::{
-    Bearing2, Bearing3, Between, Chart, Chordal, Difference, G2o, Log, Prior, Range, Sighting2, Sighting3,
-    isotropic_information,
+    Bearing2, Bearing3, Between, Chart, Chordal, Difference, G2o, Log, Prior, Product, Range, Sighting2,
+    Sighting3,
 };
 pub use initialise::{Initial, Initialisation};
 pub use marginals::Marginals;
@@ -61,7 +63,7 @@ pub use values::{Key, Values, VariableId};
 pub use variable::{GroupVariable, JacobianBlock, Located, TangentResidual, Variable, derivative};
 
 use core::ops::ControlFlow;
-use std::collections::BTreeSet;
+use std::collections::HashMap;
 
 use factor::{AnySet, FactorSet};
 use linear::evaluate::Evaluator;
@@ -147,7 +149,8 @@ impl Graph {
     /// The cost ½ Σ ρ(‖U·r‖²).
     ///
     /// # Errors
-    /// [`GraphError::MissingValues`], [`GraphError::ValueNotFinite`], [`GraphError::ForeignKey`].
+    /// [`GraphError::MissingValues`], [`GraphError::ValueNotFinite`], [`GraphError::ForeignKey`],
+    /// [`GraphError::InvalidKernel`].
     pub fn cost(&self, values: &Values) -> Result<f64, GraphError> {
         self.check(values)?;
         Ok(Evaluator::new(&self.sets, 1).cost(values))
@@ -185,7 +188,8 @@ impl Graph {
     /// Covariances of the variables at `values`, the estimate.
     ///
     /// # Errors
-    /// Those of [`Graph::cost`]; [`GraphError::Unconstrained`] where the graph does not determine them.
+    /// Those of [`Graph::cost`]; [`GraphError::Unconstrained`] where the graph does not determine them;
+    /// [`GraphError::IllConditioned`], [`GraphError::OutOfMemory`].
     pub fn marginals(&self, values: &Values) -> Result<Marginals, GraphError> {
         self.check(values)?;
         Marginals::new(&self.sets, values)
@@ -203,32 +207,53 @@ impl Graph {
         }
     }
 
-    /// Every variable that a factor reads exists and has a finite value.
+    /// Every variable that a factor reads exists and has a finite value, and every kernel makes sense.
     fn check(&self, values: &Values) -> Result<(), GraphError> {
-        let mut missing = BTreeSet::new();
+        let states = self.check_keys(values)?;
+        let with = |wanted: State| {
+            let matching = values.ids().filter(|id| states.get(id) == Some(&wanted));
+            matching.map(|id| values.name(id)).collect::<Vec<_>>()
+        };
+        let missing = with(State::Declared);
+        if !missing.is_empty() {
+            return Err(GraphError::MissingValues { variables: missing });
+        }
+        match with(State::NotFinite).first() {
+            Some(&variable) => Err(GraphError::ValueNotFinite { variable }),
+            None => Ok(()),
+        }
+    }
+
+    /// Every variable that a factor reads exists, and every kernel makes sense; returns the states that are not finite.
+    fn check_keys(&self, values: &Values) -> Result<HashMap<VariableId, State>, GraphError> {
+        let mut states = HashMap::new();
         for set in &self.sets {
-            for id in (0..set.len()).flat_map(|factor| set.ids(factor)) {
-                match values.state(id) {
-                    Some(State::Finite) => {}
-                    Some(State::Declared) => drop(missing.insert(id)),
-                    Some(State::NotFinite) => {
-                        return Err(GraphError::ValueNotFinite { variable: values.name(id) });
+            if let Some(kernel) = set.invalid_kernel() {
+                return Err(GraphError::InvalidKernel { kernel });
+            }
+            for factor in 0..set.len() {
+                for ((kind, name), &slot) in set.kinds().iter().zip(set.kind_names()).zip(set.slots(factor)) {
+                    let id = VariableId { kind: kind(), slot };
+                    match values.state(id) {
+                        Some(State::Finite) => {}
+                        Some(state) => drop(states.insert(id, state)),
+                        None => return Err(GraphError::ForeignKey { kind: name, number: slot }),
                     }
-                    None => return Err(GraphError::ForeignKey { kind: set.name(), number: id.slot }),
                 }
             }
         }
-        if missing.is_empty() {
-            return Ok(());
-        }
-        Err(GraphError::MissingValues { variables: missing.into_iter().map(|id| values.name(id)).collect() })
+        Ok(states)
     }
 
+    /// The first factor whose cost is not a finite number.
     fn first_not_finite(&self, values: &Values) -> Option<FactorName> {
         if Evaluator::new(&self.sets, 1).cost(values).is_finite() {
             return None;
         }
-        let bad = self.ids().find(|&id| self.squared_error(id, values).is_some_and(|s| !s.is_finite()))?;
-        self.name(bad, values)
+        let bad = |id: &FactorId| {
+            let index = id.index as usize;
+            !self.sets[id.set as usize].cost(values, index..index + 1).is_finite()
+        };
+        self.ids().find(bad).and_then(|id| self.name(id, values))
     }
 }

@@ -20,7 +20,7 @@ impl fmt::Display for VariableName {
 /// What messages call a factor: its kind and the variables it reads.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FactorName {
-    /// Kind, e.g. `"relative pose"`.
+    /// Kind, e.g. `"displacement"`.
     pub kind: &'static str,
     /// The variables it reads.
     pub variables: Vec<VariableName>,

@@ -28,23 +28,26 @@ impl<const R: usize> Noise<R> {
     /// One standard deviation per coordinate, in the units of the residual.
     ///
     /// # Errors
-    /// [`GraphError::NotPositiveDefinite`] unless all are finite and positive.
+    /// [`GraphError::InvalidSigma`] unless all are finite and positive.
     pub fn from_sigmas(sigmas: &SVector<f64, R>) -> Result<Self, GraphError> {
-        Self::from_information(&SMatrix::from_diagonal(&sigmas.map(|sigma| (sigma * sigma).recip())))
+        match sigmas.iter().find(|sigma| !(sigma.is_finite() && **sigma > 0.0)) {
+            Some(&sigma) => Err(GraphError::InvalidSigma { sigma }),
+            None => Ok(Self { sqrt_information: SMatrix::from_diagonal(&sigmas.map(f64::recip)) }),
+        }
     }
 
     /// The information matrix Ω = Σ⁻¹, R×R, in the inverse units of the residual, squared.
     ///
     /// # Errors
-    /// [`GraphError::NotFinite`], [`GraphError::NotSymmetric`] beyond 1e-9 of the largest entry, or
+    /// [`GraphError::NotFinite`], [`GraphError::NotSymmetric`] beyond 1.5e-8 of the largest entry, or
     /// [`GraphError::NotPositiveDefinite`] with the smallest eigenvalue.
     pub fn from_information(information: &SMatrix<f64, R, R>) -> Result<Self, GraphError> {
         if !information.iter().all(|x| x.is_finite()) {
-            return Err(GraphError::NotFinite { what: "information matrix" });
+            return Err(GraphError::NotFinite);
         }
-        // Files print six digits and more; an asymmetry above their rounding is a mistake of the file.
+        // An inverse is symmetric to κε; beyond half the digits it is no rounding.
         let asymmetry = (information - information.transpose()).amax();
-        if asymmetry > 1e-9 * information.amax() {
+        if asymmetry > f64::EPSILON.sqrt() * information.amax() {
             return Err(GraphError::NotSymmetric { asymmetry });
         }
         match Cholesky::new(*information) {
@@ -105,8 +108,10 @@ mod tests {
         let skew = Noise::from_information(&matrix![1.0, 0.1; 0.2, 1.0]);
         assert!(matches!(skew, Err(GraphError::NotSymmetric { .. })));
         for bad in [f64::NAN, f64::INFINITY] {
-            assert!(matches!(Noise::from_information(&matrix![bad]), Err(GraphError::NotFinite { .. })));
+            assert!(matches!(Noise::from_information(&matrix![bad]), Err(GraphError::NotFinite)));
         }
-        assert!(Noise::from_sigmas(&vector![0.0]).is_err());
+        for bad in [0.0, -0.1, f64::NAN, f64::INFINITY] {
+            assert!(matches!(Noise::from_sigmas(&vector![bad]), Err(GraphError::InvalidSigma { .. })));
+        }
     }
 }

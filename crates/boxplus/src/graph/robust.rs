@@ -60,6 +60,23 @@ impl Kernel {
         "barron",
     ];
 
+    /// Whether the scale is finite and positive (and Barron's shape at most 2).
+    pub fn is_valid(&self) -> bool {
+        let (shape, scale) = match *self {
+            Self::None => return true,
+            Self::Huber(k)
+            | Self::PseudoHuber(k)
+            | Self::Cauchy(k)
+            | Self::GemanMcClure(k)
+            | Self::Welsch(k)
+            | Self::Tukey(k)
+            | Self::Fair(k)
+            | Self::Dcs(k) => (2.0, k),
+            Self::Barron { alpha, scale } => (alpha, scale),
+        };
+        shape <= 2.0 && scale > 0.0 && scale.is_finite()
+    }
+
     /// ρ(s) of the squared whitened residual.
     pub fn rho(&self, s: f64) -> f64 {
         self.evaluate(s).0
@@ -152,10 +169,10 @@ impl FromStr for Kernel {
         let scale = numbers.last().copied().unwrap_or(1.0);
         let expected = usize::from(name == "barron");
         let count = numbers.len();
-        if !(scale.is_finite() && scale > 0.0) || count > expected + 1 || (name == "none" && count > 0) {
+        if count > expected + 1 || (name == "none" && count > 0) {
             return Err(error());
         }
-        Ok(match name {
+        let kernel = match name {
             "none" => Self::None,
             "huber" => Self::Huber(scale),
             "pseudo-huber" => Self::PseudoHuber(scale),
@@ -165,9 +182,10 @@ impl FromStr for Kernel {
             "tukey" => Self::Tukey(scale),
             "fair" => Self::Fair(scale),
             "dcs" => Self::Dcs(scale),
-            "barron" if count == 2 && numbers[0] <= 2.0 => Self::Barron { alpha: numbers[0], scale },
+            "barron" if count == 2 => Self::Barron { alpha: numbers[0], scale },
             _ => return Err(error()),
-        })
+        };
+        if kernel.is_valid() { Ok(kernel) } else { Err(error()) }
     }
 }
 

@@ -40,7 +40,7 @@ impl<V: Variable> fmt::Debug for Key<V> {
 }
 
 /// A key without its type: what reports and errors hold.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct VariableId {
     pub(crate) kind: TypeId,
     pub(crate) slot: u32,
@@ -173,6 +173,11 @@ impl Values {
         self.any_store(id.kind).map_or(0, AnyStore::dim)
     }
 
+    /// Whether holding the variable keeps a world in place.
+    pub(crate) fn is_pose(&self, id: VariableId) -> bool {
+        self.any_store(id.kind).is_some_and(AnyStore::is_pose)
+    }
+
     /// Names of the coordinates of a variable's tangent.
     pub(crate) fn coordinates(&self, id: VariableId) -> &'static [&'static str] {
         self.any_store(id.kind).map_or(&[], |store| store.coordinates())
@@ -204,6 +209,7 @@ impl Values {
     }
 
     fn push<V: Variable>(&mut self, value: Option<V>, label: u64) -> Key<V> {
+        const { assert!(V::DIM > 0, "a variable without dimensions is a constant") };
         let store = self.store_mut::<V>();
         let slot = store.values.len() as u32;
         store.values.push(value);
@@ -284,6 +290,7 @@ trait AnyStore: Any + Send + Sync {
     fn name(&self) -> &'static str;
     fn dim(&self) -> usize;
     fn coordinates(&self) -> &'static [&'static str];
+    fn is_pose(&self) -> bool;
     fn len(&self) -> usize;
     fn label(&self, slot: u32) -> u64;
     fn state(&self, slot: u32) -> State;
@@ -307,6 +314,9 @@ impl<V: Variable> AnyStore for Store<V> {
     }
     fn coordinates(&self) -> &'static [&'static str] {
         V::COORDINATES
+    }
+    fn is_pose(&self) -> bool {
+        V::POSE
     }
     fn len(&self) -> usize {
         self.values.len()

@@ -18,6 +18,9 @@ pub trait Variable: Copy + Debug + PartialEq + Send + Sync + 'static {
     const NAME: &'static str;
     /// Names of the D coordinates of the tangent, for diagnoses, e.g. `["x", "y", "yaw"]`.
     const COORDINATES: &'static [&'static str];
+    /// Whether holding one variable of this kind keeps a world of relative measurements in place: a pose or a rotation does,
+    /// a point or a parameter does not.
+    const POSE: bool = false;
     /// R×D: the derivative of an R-dimensional residual by this variable.
     type Jacobian<const R: usize>: JacobianBlock;
     /// The same variable written in another scalar.
@@ -90,7 +93,7 @@ pub trait Located<const N: usize>: Variable {
 
 /// Makes a [`Manifold`](crate::lie::Manifold) in `f64` a [`Variable`], and with `group` a [`LieGroup`] a
 /// [`GroupVariable`] too: `variable!(group type, over, dimension, name, coordinates)`, where `over` is the type with
-/// scalar `S`.
+/// scalar `S`; with `pose` instead, also one that may be held for the gauge ([`Variable::POSE`]).
 ///
 /// ```
 /// use boxplus::graph::{Variable, Values};
@@ -121,8 +124,11 @@ pub trait Located<const N: usize>: Variable {
 /// ```
 #[macro_export]
 macro_rules! variable {
-    (group $(const $n:ident,)? $type:ty, $over:ty, $dim:expr, $name:literal, $coordinates:expr) => {
-        $crate::variable!($(const $n,)? $type, $over, $dim, $name, $coordinates);
+    (pose $type:ty, $over:ty, $dim:expr, $name:literal, $coordinates:expr) => {
+        $crate::variable!(group $type, $over, $dim, $name, $coordinates, const POSE: bool = true;);
+    };
+    (group $(const $n:ident,)? $type:ty, $over:ty, $dim:expr, $name:literal, $coordinates:expr $(, $pose:item)?) => {
+        $crate::variable!($(const $n,)? $type, $over, $dim, $name, $coordinates $(, $pose)?);
         impl $(<const $n: usize>)? $crate::graph::GroupVariable<{ $dim }> for $type {
             fn group<S: $crate::lie::Real>(x: &$over) -> $over {
                 *x
@@ -134,11 +140,12 @@ macro_rules! variable {
             }
         }
     };
-    ($(const $n:ident,)? $type:ty, $over:ty, $dim:expr, $name:literal, $coordinates:expr) => {
+    ($(const $n:ident,)? $type:ty, $over:ty, $dim:expr, $name:literal, $coordinates:expr $(, $pose:item)?) => {
         impl $(<const $n: usize>)? $crate::graph::Variable for $type {
             const DIM: usize = $dim;
             const NAME: &'static str = $name;
             const COORDINATES: &'static [&'static str] = $coordinates;
+            $($pose)?
             type Jacobian<const R: usize> = $crate::nalgebra::SMatrix<f64, R, { $dim }>;
             type Over<S: $crate::lie::Real> = $over;
 
@@ -170,10 +177,10 @@ macro_rules! variable {
 }
 
 variable!(group const N, Rn<N>, Rn<N, S>, N, "Rn", &["x", "y", "z", "4th", "5th", "6th"]);
-variable!(group SO2, SO2<S>, 1, "SO2", &["yaw"]);
-variable!(group SE2, SE2<S>, 3, "SE2", &["x", "y", "yaw"]);
-variable!(group SO3, SO3<S>, 3, "SO3", &["rotation about x", "rotation about y", "rotation about z"]);
-variable!(group SE3, SE3<S>, 6, "SE3", &["x", "y", "z", "rotation about x", "rotation about y", "rotation about z"]);
+variable!(pose SO2, SO2<S>, 1, "SO2", &["yaw"]);
+variable!(pose SE2, SE2<S>, 3, "SE2", &["x", "y", "yaw"]);
+variable!(pose SO3, SO3<S>, 3, "SO3", &["rotation about x", "rotation about y", "rotation about z"]);
+variable!(pose SE3, SE3<S>, 6, "SE3", &["x", "y", "z", "rotation about x", "rotation about y", "rotation about z"]);
 
 impl<const N: usize> Located<N> for Rn<N> {
     fn position<S: Real>(x: &Rn<N, S>) -> SVector<S, N> {

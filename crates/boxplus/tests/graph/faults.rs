@@ -1,6 +1,8 @@
 //! Faulty graphs are refused with the reason and the place.
 
-use boxplus::graph::{Between, Factor, Graph, GraphError, Noise, Prior, SolveOptions, Values};
+use boxplus::graph::{
+    Between, Factor, Graph, GraphError, Initial, Kernel, Noise, Prior, SolveOptions, Values,
+};
 use boxplus::lie::{LieGroup, Real, Rn, SE2};
 use nalgebra::{SVector, vector};
 
@@ -57,6 +59,12 @@ fn a_key_of_other_values_is_refused() {
     graph.add((a, foreign), Between::new(SE2::identity()), Noise::unit());
     assert!(matches!(graph.cost(&values), Err(GraphError::ForeignKey { number: 2, .. })));
     assert!(graph.cost(&others).is_ok());
+    for initial in [Initial::Auto, Initial::SpanningTree, Initial::Chordal] {
+        assert!(matches!(
+            graph.initialise(&values, initial),
+            Err(GraphError::ForeignKey { kind: "SE2", .. })
+        ));
+    }
     let mut empty = Values::new();
     assert!(matches!(empty.set(a, SE2::identity()), Err(GraphError::ForeignKey { .. })));
 }
@@ -99,6 +107,42 @@ fn a_derivative_that_is_not_finite_is_no_minimum() {
     graph.add((x,), Root, Noise::unit());
     let report = graph.optimize(&values, &SolveOptions::default()).unwrap().report;
     assert!(!report.converged(), "{:?}", report.termination);
+}
+
+#[test]
+fn a_measurement_that_is_not_finite_is_named_before_it_spreads() {
+    let (mut graph, mut values, _, b) = pair();
+    let c = values.declare::<SE2>(12);
+    graph.add((b, c), Between::new(SE2::new(vector![f64::NAN, 0.0], 0.0)), Noise::unit());
+    match graph.initialise(&values, Initial::SpanningTree) {
+        Err(error @ GraphError::ResidualNotFinite { .. }) => {
+            assert!(error.to_string().contains("SE2 11, SE2 12"))
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_held_variable_must_have_a_value() {
+    let (mut graph, mut values, a, _) = pair();
+    let held = values.declare::<SE2>(12);
+    values.hold(held);
+    graph.add((a, held), Between::new(SE2::identity()), Noise::unit());
+    assert!(matches!(graph.initialise(&values, Initial::Auto), Err(GraphError::MissingValues { .. })));
+}
+
+#[test]
+fn kernels_without_a_scale_are_refused() {
+    for kernel in [
+        Kernel::Huber(0.0),
+        Kernel::Cauchy(f64::NAN),
+        Kernel::Dcs(-1.0),
+        Kernel::Barron { alpha: 3.0, scale: 1.0 },
+    ] {
+        let (mut graph, values, ..) = pair();
+        graph.set_kernel(kernel);
+        assert!(matches!(graph.cost(&values), Err(GraphError::InvalidKernel { .. })), "{kernel:?}");
+    }
 }
 
 #[test]

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod custom;
+mod dense;
 mod faults;
 mod solve;
 mod uncertainty;

@@ -227,6 +227,169 @@ fn a_factor_may_read_one_variable_twice() {
 }
 
 #[test]
+fn units_of_one_part_do_not_change_the_answer_of_another() {
+    let (mut graph, mut values) = (Graph::new(), Values::new());
+    let (far, sharp) = (values.insert(Rn::new(vector![1e7])), values.insert(Rn::new(vector![0.0])));
+    graph.add((far,), Prior { mean: Rn::identity() }, Noise::from_sigmas(&vector![1e6]).unwrap());
+    graph.add((sharp,), Prior { mean: Rn::identity() }, Noise::from_sigmas(&vector![1e-9]).unwrap());
+    let solution = graph.optimize(&values, &SolveOptions::default()).unwrap();
+    assert!(solution.report.converged() && solution.report.cost < 1e-15, "{}", solution.report.cost);
+}
+
+#[test]
+fn a_step_held_short_is_no_sign_of_a_minimum() {
+    let walk = walk::<SE2, 3>(16, 40, 20, 0.3);
+    let best = walk.graph.optimize(&walk.values, &SolveOptions::default()).unwrap().report.cost;
+    for (algorithm, damping, radius) in [
+        (Algorithm::LevenbergMarquardt, 1e10, 1.0),
+        (Algorithm::LevenbergMarquardt, 0.0, 1.0),
+        (Algorithm::LevenbergMarquardt, f64::NAN, 1.0),
+        (Algorithm::Dogleg, 1.0, 1e-10),
+        (Algorithm::Dogleg, 1.0, 0.0),
+        (Algorithm::Dogleg, 1.0, f64::NAN),
+        (Algorithm::Dogleg, 1.0, 1.0),
+    ] {
+        let options = SolveOptions {
+            algorithm,
+            initial_damping: damping,
+            initial_radius: radius,
+            ..SolveOptions::default()
+        };
+        let report = walk.graph.optimize(&walk.values, &options).unwrap().report;
+        assert!(
+            report.converged() && (report.cost / best - 1.0).abs() < 1e-8,
+            "{algorithm:?} {damping} {radius}"
+        );
+    }
+}
+
+#[test]
+fn dogleg_steps_stay_within_the_radius_until_the_model_earns_more() {
+    let walk = walk::<SE2, 3>(17, 40, 20, 0.5);
+    let options =
+        SolveOptions { algorithm: Algorithm::Dogleg, initial_radius: 2.0, ..SolveOptions::default() };
+    let report = walk.graph.optimize(&walk.values, &options).unwrap().report;
+    let newton =
+        walk.graph.optimize(&walk.values, &SolveOptions { initial_radius: 1e9, ..options }).unwrap().report;
+    // One coordinate moves no further than all together.
+    assert!(report.iterations[0].step <= 2.0 && newton.iterations[0].step > 2.0);
+    assert!(report.iterations[1].damping > 2.0, "the model was good: {:?}", report.iterations[0]);
+    assert!(report.converged() && (report.cost / newton.cost - 1.0).abs() < 1e-8);
+}
+
+/// A wall in the cost: Gauss–Newton leaps over it into a valley that is higher.
+struct Wall;
+impl boxplus::graph::Factor<1> for Wall {
+    const NAME: &'static str = "wall";
+    type Variables = (Rn<1>,);
+    fn residual<S: boxplus::lie::Real>(&self, (x,): &(Rn<1, S>,)) -> SVector<S, 1> {
+        let x = x.vector()[0];
+        // 1 − x/10 on the left, 2 + (x − 10)² on the right.
+        vector![S::choose(
+            boxplus::lie::Real::value(x) < 5.0,
+            || S::lit(1.0) - x * S::lit(0.1),
+            || S::lit(2.0) + (x - S::lit(10.0)) * (x - S::lit(10.0))
+        )]
+    }
+}
+
+#[test]
+fn where_gauss_newton_climbs_the_better_estimate_is_returned_and_not_called_converged() {
+    let (mut graph, mut values) = (Graph::new(), Values::new());
+    let x = values.insert(Rn::new(vector![0.0]));
+    graph.add((x,), Wall, Noise::unit());
+    let solution = graph.optimize(&values, &options(Algorithm::GaussNewton)).unwrap();
+    assert_eq!(solution.report.termination, Termination::Diverged);
+    assert_eq!((solution.report.cost, solution.values.get(x).unwrap().vector()[0]), (0.5, 0.0));
+}
+
+#[test]
+fn kernels_that_silence_everything_do_not_make_a_minimum() {
+    let (mut graph, mut values) = (Graph::new(), Values::new());
+    let x = values.insert(Rn::new(vector![100.0]));
+    graph.add_robust((x,), Prior { mean: Rn::identity() }, Noise::unit(), Kernel::Tukey(1.0));
+    let solution = graph.optimize(&values, &SolveOptions::default()).unwrap();
+    assert_eq!(solution.report.termination, Termination::NoDecrease);
+    assert!(solution.unconstrained.is_none());
+}
+
+#[test]
+fn a_pose_is_held_for_the_gauge_rather_than_a_parameter() {
+    struct Biased(SE2);
+    impl boxplus::graph::Factor<3> for Biased {
+        const NAME: &'static str = "biased odometry";
+        const RELATIVE: bool = true;
+        type Variables = (SE2, SE2, Rn<4>);
+        fn residual<S: boxplus::lie::Real>(
+            &self,
+            (a, b, bias): &(SE2<S>, SE2<S>, Rn<4, S>),
+        ) -> SVector<S, 3> {
+            let measured = LieGroup::map(&self.0, S::lit);
+            let error = b.rminus(&a.compose(&measured));
+            SVector::from_fn(|i, _| error[i] - bias.vector()[i])
+        }
+    }
+    let (mut graph, mut values) = (Graph::new(), Values::new());
+    let bias = values.insert(Rn::<4>::identity());
+    let poses: Vec<_> = (0..4).map(|i| values.insert_labelled(SE2::identity(), 70 + i)).collect();
+    for i in 0..4 {
+        graph.add(
+            (poses[i], poses[(i + 1) % 4], bias),
+            Biased(SE2::new(vector![1.0, 0.0], 1.5)),
+            Noise::unit(),
+        );
+    }
+    let report = graph.optimize(&values, &SolveOptions::default()).unwrap().report;
+    assert_eq!((report.gauge[0].kind, report.gauge[0].label), ("SE2", 70));
+}
+
+#[test]
+fn the_surest_prior_is_the_root_of_the_tree() {
+    let truth = walk::<SE3, 6>(18, 30, 0, 0.0).truth;
+    let (mut graph, mut values) = (Graph::new(), Values::new());
+    let keys: Vec<_> = (0..30).map(|label| values.declare::<SE3>(label)).collect();
+    for j in 1..30 {
+        graph.add((keys[j - 1], keys[j]), Between::new(truth[j - 1].between(&truth[j])), Noise::unit());
+    }
+    let sigmas = |sigma| Noise::from_sigmas(&SVector::repeat(sigma)).unwrap();
+    graph.add((keys[4],), Prior { mean: truth[4] }, sigmas(0.1));
+    graph.add((keys[10],), Prior { mean: SE3::identity() }, sigmas(1e6)); // says nothing, and wrongly
+    for initial in [Initial::SpanningTree, Initial::Chordal] {
+        let start = graph.initialise(&values, initial).unwrap();
+        assert!(start.cost() < 1e-8, "{initial}: {}", start.cost());
+        assert!(start.values.get(keys[20]).unwrap().rminus(&truth[20]).amax() < 1e-9, "{initial}");
+    }
+}
+
+#[test]
+fn chordal_positions_weigh_the_full_information_in_the_frame_of_the_first_pose() {
+    // Two poses, turned; two measurements that disagree, each sure along another axis of the first pose.
+    let (mut graph, mut values) = (Graph::new(), Values::new());
+    let turned = SE2::new(vector![0.0, 0.0], 0.7);
+    let (a, b) = (values.insert(turned), values.declare::<SE2>(1));
+    values.hold(a);
+    for (t, sigmas) in
+        [(vector![1.0, 0.0], vector![0.001, 1.0, 0.1]), (vector![0.0, 2.0], vector![1.0, 0.001, 0.1])]
+    {
+        graph.add((a, b), Between::new(SE2::new(t, 0.0)), Noise::from_sigmas(&sigmas).unwrap());
+    }
+    let start = graph.initialise(&values, Initial::Chordal).unwrap();
+    let local = turned.between(start.values.get(b).unwrap()).translation();
+    assert!((local - vector![1.0, 2.0]).amax() < 1e-5, "{local}");
+}
+
+#[test]
+fn the_automatic_start_passes_over_what_fails() {
+    let (mut graph, mut values) = (Graph::new(), Values::new());
+    let keys: Vec<_> = (0..4).map(|label| values.declare::<SE2>(label)).collect();
+    for (i, weight) in [(0, 1e-9), (1, 1e9), (2, 1e9)] {
+        let noise = Noise::from_information(&nalgebra::SMatrix::from_diagonal_element(weight)).unwrap();
+        graph.add((keys[i], keys[i + 1]), Between::new(SE2::new(vector![1.0, 0.0], 0.3)), noise);
+    }
+    assert!(graph.initialise(&values, Initial::Auto).unwrap().cost() < 1e-12);
+}
+
+#[test]
 fn a_million_edges_between_two_poses_are_no_burden() {
     let (mut graph, mut values) = (Graph::new(), Values::new());
     let keys = (values.insert(SE2::identity()), values.insert(SE2::identity()));

@@ -7,6 +7,7 @@
 //! |---|---|---|---|
 //! | [`Log`] | Log(Z⁻¹Δ) | Log(Z⁻¹Δ) | boxplus, GTSAM |
 //! | [`G2o`] | (t, vec q) of Z⁻¹Δ, w ≥ 0 | (t, θ) of Z⁻¹Δ | g2o |
+//! | [`Product`] | (t_Δ − t_Z, Log(q_Z⁻¹q_Δ)) | (t_Δ − t_Z, θ_Δ − θ_Z) | tools on SO(3)×ℝ³ |
 //! | [`Difference`] | (t_Δ − t_Z, 2·vec(q_Z·q_Δ⁻¹)) | (t_Δ − t_Z, θ_Δ − θ_Z) | Ceres' pose-graph example |
 
 use nalgebra::{Matrix2, Matrix3, Matrix6, SMatrix, SVector, Vector3, Vector6};
@@ -46,10 +47,37 @@ pub struct G2o;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Difference;
 
-/// SE-Sync's chart in 2-D, 2·sin(θ/2): with [`isotropic_information`], twice the cost is its objective. In 3-D that is
-/// [`Difference`] already.
+/// SE-Sync's chart: [`Difference`], in 2-D with 2·sin(θ/2) for the angle. With information diag(τ·I, 2κ·I), twice the cost
+/// is Σ τ‖t_j − t_i − R_i t̃‖² + κ‖R_j − R_i R̃‖²_F, its objective.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Chordal;
+
+/// The chart of ⟨ℝ³, SO(3)⟩: translations are compared in the frame of the first pose, rotations by the logarithm.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Product;
+
+impl Chart<SE3, 6> for Product {
+    fn error<S: Real>(measured: &SE3<S>, predicted: &SE3<S>) -> Vector6<S> {
+        let rotation = predicted.rotation().rminus(&measured.rotation());
+        join(&(predicted.translation() - measured.translation()), &rotation)
+    }
+    fn error_jac(measured: &SE3, predicted: &SE3) -> (Vector6<f64>, Matrix6<f64>) {
+        let (rotation, d_rotation) = measured.rotation().between(&predicted.rotation()).log_jac();
+        let mut jacobian = Matrix6::zeros();
+        jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&predicted.rotation().to_matrix());
+        jacobian.fixed_view_mut::<3, 3>(3, 3).copy_from(&d_rotation);
+        (join(&(predicted.translation() - measured.translation()), &rotation), jacobian)
+    }
+}
+
+impl Chart<SE2, 3> for Product {
+    fn error<S: Real>(measured: &SE2<S>, predicted: &SE2<S>) -> Vector3<S> {
+        Difference::error::<S>(measured, predicted)
+    }
+    fn error_jac(measured: &SE2, predicted: &SE2) -> (Vector3<f64>, Matrix3<f64>) {
+        Difference::error_jac(measured, predicted)
+    }
+}
 
 impl Chart<SE3, 6> for G2o {
     fn error<S: Real>(measured: &SE3<S>, predicted: &SE3<S>) -> Vector6<S> {
@@ -133,8 +161,11 @@ impl Chart<SE2, 3> for Chordal {
 /// κ = 3/(2·tr(Ω_R⁻¹)) in 3-D and κ = Ω_θθ in 2-D. Rosen et al. (2019), §2.
 ///
 /// With it, twice the cost in the [`Chordal`] chart is Σ τ‖t_j − t_i − R_i t̃‖² + κ‖R_j − R_i R̃‖²_F.
-/// `None` unless both blocks are invertible.
-pub fn isotropic_information<const D: usize>(information: &SMatrix<f64, D, D>) -> Option<SMatrix<f64, D, D>> {
+/// `None` unless both blocks are invertible. D is 3 or 6.
+#[cfg(feature = "io")]
+pub(crate) fn isotropic_information<const D: usize>(
+    information: &SMatrix<f64, D, D>,
+) -> Option<SMatrix<f64, D, D>> {
     let (tau, kappa) = isotropic_weights(information)?;
     let translations = if D == 3 { 2 } else { 3 };
     Some(SMatrix::from_diagonal(&SVector::from_fn(|i, _| if i < translations { tau } else { 2.0 * kappa })))

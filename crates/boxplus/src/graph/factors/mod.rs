@@ -9,8 +9,10 @@ mod sighting;
 
 pub use bearing::{Bearing2, Bearing3};
 pub use between::Between;
+#[cfg(feature = "io")]
+pub(crate) use chart::isotropic_information;
 pub(crate) use chart::isotropic_weights;
-pub use chart::{Chart, Chordal, Difference, G2o, Log, isotropic_information};
+pub use chart::{Chart, Chordal, Difference, G2o, Log, Product};
 pub use prior::Prior;
 pub use range::Range;
 pub use sighting::{Sighting2, Sighting3};

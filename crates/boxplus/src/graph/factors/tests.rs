@@ -46,6 +46,7 @@ fn displacements_and_priors_have_exact_jacobians_in_every_chart() {
             check("g2o", &Between::<_, G2o>::in_chart(z), &(*x1, *x2));
             check("difference", &Between::<_, Difference>::in_chart(z), &(*x1, *x2));
             check("chordal", &Between::<_, Chordal>::in_chart(z), &(*x1, *x2));
+            check("product", &Between::<_, Product>::in_chart(z), &(*x1, *x2));
         }
         check("prior", &Prior { mean: poses3()[3] }, &(*x1,));
         check("so3", &Prior { mean: SO3::exp(&Vector3::new(0.3, 0.1, -0.2)) }, &(x1.rotation(),));
@@ -57,6 +58,7 @@ fn displacements_and_priors_have_exact_jacobians_in_every_chart() {
             check("g2o", &Between::<_, G2o>::in_chart(z), &(*x1, *x2));
             check("difference", &Between::<_, Difference>::in_chart(z), &(*x1, *x2));
             check("chordal", &Between::<_, Chordal>::in_chart(z), &(*x1, *x2));
+            check("product", &Between::<_, Product>::in_chart(z), &(*x1, *x2));
         }
         check("prior", &Prior { mean: SE2::exp(&vector![0.3, 0.2, 0.1]) }, &(*x1,));
         check("so2", &Between::new(SO2::from_angle(0.2)), &(x1.rotation(), SO2::from_angle(0.5)));
@@ -99,6 +101,14 @@ fn every_chart_is_zero_at_its_measurement() {
     zero(Between::new(z).residual_jac(&(x1, x2)).0);
     zero(Between::<_, G2o>::in_chart(z).residual_jac(&(x1, x2)).0);
     zero(Between::<_, Difference>::in_chart(z).residual_jac(&(x1, x2)).0);
+    zero(Between::<_, Product>::in_chart(z).residual_jac(&(x1, x2)).0);
+    zero(Between::<_, Chordal>::in_chart(z).residual_jac(&(x1, x2)).0);
+    let (x1, x2) = (poses2()[1], poses2()[5]);
+    let z = x1.between(&x2);
+    let zero = |r: Vector3<f64>| assert!(r.amax() < 1e-15, "{r}");
+    zero(Between::new(z).residual_jac(&(x1, x2)).0);
+    zero(Between::<_, G2o>::in_chart(z).residual_jac(&(x1, x2)).0);
+    zero(Between::<_, Chordal>::in_chart(z).residual_jac(&(x1, x2)).0);
 }
 
 #[test]

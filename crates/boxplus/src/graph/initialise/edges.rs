@@ -2,9 +2,11 @@
 
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3};
 
-use crate::graph::factor::{AnySet, FactorSet};
+use crate::graph::factor::{AnySet, FactorSet, Slots};
 use crate::graph::factors::isotropic_weights;
-use crate::graph::{Between, Chart, Chordal, Difference, G2o, GroupVariable, Log, Prior};
+use crate::graph::{
+    Between, Chart, Chordal, Difference, FactorId, G2o, GroupVariable, Log, Noise, Prior, Product,
+};
 use crate::lie::{SE2, SE3, SO2, SO3};
 
 /// A measured displacement between two poses of one kind.
@@ -13,6 +15,7 @@ pub(crate) struct Edge<P, const D: usize> {
     pub(crate) to: u32,
     pub(crate) measured: P,
     pub(crate) information: SMatrix<f64, D, D>,
+    pub(crate) factor: FactorId,
 }
 
 /// What SE(2) and SE(3) have in common: a rotation matrix and a position in ℝᴺ.
@@ -42,11 +45,7 @@ impl Pose<2, 3> for SE2 {
         Self::from_parts(*t, self.rotation())
     }
     fn edges(sets: &[Box<dyn AnySet>]) -> Vec<Edge<Self, 3>> {
-        let mut edges = in_chart::<Self, Log, 3>(sets);
-        edges.extend(in_chart::<Self, G2o, 3>(sets));
-        edges.extend(in_chart::<Self, Difference, 3>(sets));
-        edges.extend(in_chart::<Self, Chordal, 3>(sets));
-        edges
+        in_all_charts(sets)
     }
 }
 
@@ -61,33 +60,53 @@ impl Pose<3, 6> for SE3 {
         Self::new(self.rotation(), *t)
     }
     fn edges(sets: &[Box<dyn AnySet>]) -> Vec<Edge<Self, 6>> {
-        let mut edges = in_chart::<Self, Log, 6>(sets);
-        edges.extend(in_chart::<Self, G2o, 6>(sets));
-        edges.extend(in_chart::<Self, Difference, 6>(sets));
-        edges.extend(in_chart::<Self, Chordal, 6>(sets));
-        edges
+        in_all_charts(sets)
     }
+}
+
+/// The relative poses of every chart.
+fn in_all_charts<P: GroupVariable<D>, const D: usize>(sets: &[Box<dyn AnySet>]) -> Vec<Edge<P, D>>
+where
+    Log: Chart<P, D>,
+    Product: Chart<P, D>,
+    G2o: Chart<P, D>,
+    Difference: Chart<P, D>,
+    Chordal: Chart<P, D>,
+{
+    let mut edges = in_chart::<P, Log, D>(sets);
+    edges.extend(in_chart::<P, Product, D>(sets));
+    edges.extend(in_chart::<P, G2o, D>(sets));
+    edges.extend(in_chart::<P, Difference, D>(sets));
+    edges.extend(in_chart::<P, Chordal, D>(sets));
+    edges
 }
 
 /// The relative poses of one chart.
 fn in_chart<P: GroupVariable<D>, C: Chart<P, D>, const D: usize>(
     sets: &[Box<dyn AnySet>],
 ) -> Vec<Edge<P, D>> {
-    let sets = sets.iter().filter_map(|set| set.as_any().downcast_ref::<FactorSet<Between<P, C>, D>>());
-    sets.flat_map(|set| {
-        set.factors.iter().zip(&set.slots).zip(&set.noises).map(|((factor, slots), noise)| Edge {
+    let typed = |(number, set): (usize, &Box<dyn AnySet>)| {
+        let set = set.as_any().downcast_ref::<FactorSet<Between<P, C>, D>>()?;
+        let edges = set.factors.iter().zip(&set.slots).zip(&set.noises).enumerate();
+        let edge = |(index, ((factor, slots), noise)): (usize, ((&Between<P, C>, &Slots), &Noise<D>))| Edge {
             from: slots[0],
             to: slots[1],
             measured: factor.measured,
             information: noise.information(),
-        })
-    })
-    .collect()
+            factor: FactorId { set: number as u32, index: index as u32 },
+        };
+        Some(edges.map(edge).collect::<Vec<_>>())
+    };
+    sets.iter().enumerate().filter_map(typed).flatten().collect()
 }
 
-/// The poses that have a prior, with its mean.
+/// The poses that have a prior, with its mean, the surest prior first.
 pub(crate) fn priors<P: GroupVariable<D>, const D: usize>(sets: &[Box<dyn AnySet>]) -> Vec<(u32, P)> {
     let sets = sets.iter().filter_map(|set| set.as_any().downcast_ref::<FactorSet<Prior<P>, D>>());
-    sets.flat_map(|set| set.slots.iter().zip(&set.factors).map(|(slots, prior)| (slots[0], prior.mean)))
-        .collect()
+    let mut priors: Vec<(f64, u32, P)> = sets
+        .flat_map(|set| set.slots.iter().zip(&set.factors).zip(&set.noises))
+        .map(|((slots, prior), noise)| (noise.information().trace(), slots[0], prior.mean))
+        .collect();
+    priors.sort_by(|a, b| b.0.total_cmp(&a.0));
+    priors.into_iter().map(|(_, slot, mean)| (slot, mean)).collect()
 }

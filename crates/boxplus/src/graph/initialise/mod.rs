@@ -13,6 +13,7 @@ use core::fmt;
 use nalgebra::SVector;
 
 use super::factor::FactorSet;
+use super::values::State;
 use super::{Factor, Graph, GraphError, Sighting2, Sighting3, Values, Variable, Variables, gauge};
 use crate::lie::{Action, Rn, SE2, SE3};
 
@@ -24,10 +25,12 @@ pub enum Initial {
     Auto,
     /// The values as they are.
     AsGiven,
-    /// Measurements chained along a breadth-first tree from what is held or has a prior, else from the first pose.
+    /// Measurements chained along a breadth-first tree from what is held, else from the surest prior, else from the first
+    /// pose.
     SpanningTree,
     /// Rotations by linear least squares over all matrices, projected to SO(n); then positions by linear least squares.
-    /// Martinec & Pajdla (2007); Carlone, Tron, Daniilidis & Dellaert (2015). Any information matrix is weighed in.
+    /// Martinec & Pajdla (2007); Carlone, Tron, Daniilidis & Dellaert (2015). Rotations are weighed by SE-Sync's isotropic κ, positions by the full
+    /// information of the translation.
     Chordal,
 }
 
@@ -57,7 +60,7 @@ impl fmt::Display for Initial {
 /// A first estimate, and what it was chosen from.
 #[derive(Clone, Debug)]
 pub struct Initialisation {
-    /// The first estimate: every variable has a value.
+    /// The first estimate: every variable that a factor reads has a value.
     pub values: Values,
     /// The way it was made.
     pub chosen: Initial,
@@ -77,54 +80,73 @@ impl Graph {
     /// reaches.
     ///
     /// # Errors
-    /// [`GraphError::MissingValues`] where a variable still has none; those of [`Graph::cost`];
-    /// [`GraphError::OutOfMemory`].
+    /// [`GraphError::MissingValues`] where a variable still has none, or a held one had none; those of [`Graph::cost`];
+    /// [`GraphError::ResidualNotFinite`] for a measurement that is not finite; [`GraphError::IllConditioned`] and
+    /// [`GraphError::OutOfMemory`] from the chordal relaxation. The automatic choice passes over candidates that fail.
     pub fn initialise(&self, values: &Values, initial: Initial) -> Result<Initialisation, GraphError> {
         let candidates: &[Initial] = match initial {
             Initial::Auto => &[Initial::AsGiven, Initial::SpanningTree, Initial::Chordal],
             _ => &[initial],
         };
+        let held_without_value = self
+            .check_keys(values)?
+            .into_iter()
+            .find(|&(id, state)| state == State::Declared && values.is_held(id));
+        if let Some((id, _)) = held_without_value {
+            return Err(GraphError::MissingValues { variables: vec![values.name(id)] });
+        }
         let mut best: Option<(Initial, Values, f64)> = None;
-        let mut costs = vec![];
-        let mut tree = None;
+        let (mut costs, mut failed, mut tree) = (vec![], None, None);
         for &candidate in candidates {
-            let start = match candidate {
-                Initial::SpanningTree => self.tree(values, &mut tree).values.clone(),
-                Initial::Chordal => self.chordal(self.tree(values, &mut tree))?,
-                _ => values.clone(),
-            };
-            let cost = match self.cost(&start) {
-                Ok(cost) => cost,
-                // Files without poses are legal: the other candidates find some.
-                Err(GraphError::MissingValues { .. })
-                    if initial == Initial::Auto && candidate == Initial::AsGiven =>
-                {
-                    continue;
+            match self.candidate(values, candidate, &mut tree) {
+                Ok((start, cost)) => {
+                    costs.push((candidate, cost));
+                    if best.as_ref().is_none_or(|(_, _, lowest)| cost < *lowest || !lowest.is_finite()) {
+                        best = Some((candidate, start, cost));
+                    }
                 }
-                Err(error) => return Err(error),
-            };
-            costs.push((candidate, cost));
-            if best.as_ref().is_none_or(|(_, _, lowest)| cost < *lowest || !lowest.is_finite()) {
-                best = Some((candidate, start, cost));
+                Err(error) => failed = Some(error),
             }
         }
-        match best {
-            Some((chosen, values, _)) => Ok(Initialisation { values, chosen, costs }),
-            None => unreachable!("a candidate is kept or its error returned"),
+        match (best, failed) {
+            (Some((chosen, values, _)), _) => Ok(Initialisation { values, chosen, costs }),
+            (None, Some(error)) => Err(error),
+            (None, None) => unreachable!("there is a candidate, and it is kept or fails"),
         }
     }
 
+    /// One first estimate and its cost.
+    fn candidate(
+        &self,
+        values: &Values,
+        initial: Initial,
+        tree: &mut Option<Tree>,
+    ) -> Result<(Values, f64), GraphError> {
+        let start = match initial {
+            Initial::SpanningTree => self.tree(values, tree)?.values.clone(),
+            Initial::Chordal => self.chordal(self.tree(values, tree)?)?,
+            Initial::Auto | Initial::AsGiven => values.clone(),
+        };
+        let cost = self.cost(&start)?;
+        Ok((start, cost))
+    }
+
     /// The values along a spanning tree, and from where it grew, made once.
-    fn tree<'a>(&self, values: &Values, tree: &'a mut Option<Tree>) -> &'a Tree {
-        tree.get_or_insert_with(|| {
-            let mut rooted = values.clone();
-            let gauge = gauge::fix(&self.sets, &mut rooted);
-            let known2 = spanning_tree::walk::<SE2, 2, 3>(&self.sets, &mut rooted);
-            let known3 = spanning_tree::walk::<SE3, 3, 6>(&self.sets, &mut rooted);
-            gauge.iter().for_each(|&id| rooted.set_held(id, false));
-            self.place_landmarks(&mut rooted);
-            Tree { values: rooted, known2, known3 }
-        })
+    fn tree<'a>(&self, values: &Values, tree: &'a mut Option<Tree>) -> Result<&'a Tree, GraphError> {
+        if let Some(tree) = tree {
+            return Ok(tree);
+        }
+        let mut rooted = values.clone();
+        let gauge = gauge::fix(&self.sets, &mut rooted);
+        let not_finite = |factor| match self.name(factor, values) {
+            Some(factor) => GraphError::ResidualNotFinite { factor },
+            None => unreachable!("the factor is of this graph"),
+        };
+        let known2 = spanning_tree::walk::<SE2, 2, 3>(&self.sets, &mut rooted).map_err(not_finite)?;
+        let known3 = spanning_tree::walk::<SE3, 3, 6>(&self.sets, &mut rooted).map_err(not_finite)?;
+        gauge.iter().for_each(|&id| rooted.set_held(id, false));
+        self.place_landmarks(&mut rooted);
+        Ok(tree.insert(Tree { values: rooted, known2, known3 }))
     }
 
     fn chordal(&self, tree: &Tree) -> Result<Values, GraphError> {

@@ -4,55 +4,75 @@ use std::collections::VecDeque;
 
 use super::edges::{Edge, Pose, priors};
 use crate::graph::factor::AnySet;
-use crate::graph::{Key, Values};
+use crate::graph::{FactorId, Key, Values};
+use crate::lie::LieGroup;
 
-/// Chains the measurements from every pose that is held or has a prior; a part without either starts from its first
-/// pose. Returns, by slot, the poses it started from.
+/// Chains the measurements from every held pose; a part without one starts from its surest prior, else from its first pose.
+/// Returns, by slot, the poses it started from.
+///
+/// # Errors
+/// The factor whose measurement is not finite.
 pub(crate) fn walk<P: Pose<N, D>, const N: usize, const D: usize>(
     sets: &[Box<dyn AnySet>],
     values: &mut Values,
-) -> Vec<bool> {
+) -> Result<Vec<bool>, FactorId> {
     let edges = P::edges(sets);
+    if let Some(edge) = edges.iter().find(|edge| !edge.measured.is_finite()) {
+        return Err(edge.factor);
+    }
     let count = values.len::<P>();
     let neighbours = Neighbours::new(&edges, count);
-    let mut poses: Vec<Option<P>> = values.slice::<P>().to_vec();
-    let mut source = vec![false; count];
-    let mut queue = VecDeque::new();
-    for (slot, mean) in priors::<P, D>(sets) {
-        if !source[slot as usize] && !values.is_held(Key::<P>::new(slot)) {
-            poses[slot as usize] = Some(mean);
-        }
-        source[slot as usize] = true;
-    }
-    (0..count)
-        .filter(|&slot| values.is_held(Key::<P>::new(slot as u32)))
-        .for_each(|slot| source[slot] = true);
+    let mut tree =
+        Tree { poses: values.slice::<P>().to_vec(), source: vec![false; count], reached: vec![false; count] };
 
-    queue.extend((0..count).filter(|&slot| source[slot]));
-    let mut reached = source.clone();
-    for first in 0..=count {
+    let held = (0..count).filter(|&slot| values.is_held(Key::<P>::new(slot as u32)));
+    tree.grow(held.collect(), &edges, &neighbours);
+    for (slot, mean) in priors::<P, D>(sets) {
+        if !tree.reached[slot as usize] {
+            tree.poses[slot as usize] = Some(mean);
+            tree.grow(vec![slot as usize], &edges, &neighbours);
+        }
+    }
+    for slot in (0..count).filter(|&slot| neighbours.has(slot)) {
+        if !tree.reached[slot] {
+            tree.grow(vec![slot], &edges, &neighbours);
+        }
+    }
+    for (slot, pose) in tree.poses.into_iter().enumerate() {
+        if let Some(pose) = pose.filter(|_| tree.reached[slot]) {
+            let _ = values.set(Key::<P>::new(slot as u32), pose); // the slot exists
+        }
+    }
+    Ok(tree.source)
+}
+
+/// What has been reached so far, by slot.
+struct Tree<P> {
+    poses: Vec<Option<P>>,
+    source: Vec<bool>,
+    reached: Vec<bool>,
+}
+
+impl<P: Copy> Tree<P> {
+    /// Breadth first from `roots`.
+    fn grow<const D: usize>(&mut self, roots: Vec<usize>, edges: &[Edge<P, D>], neighbours: &Neighbours)
+    where
+        P: LieGroup<D>,
+    {
+        roots.iter().for_each(|&root| (self.source[root], self.reached[root]) = (true, true));
+        let mut queue = VecDeque::from(roots);
         while let Some(at) = queue.pop_front() {
-            let here = *poses[at].get_or_insert_with(P::identity);
-            for (next, edge, forward) in neighbours.of(&edges, at) {
-                if !reached[next] {
-                    reached[next] = true;
+            let here = *self.poses[at].get_or_insert_with(P::identity);
+            for (next, edge, forward) in neighbours.of(edges, at) {
+                if !self.reached[next] {
+                    self.reached[next] = true;
                     let step = if forward { edge.measured } else { edge.measured.inverse() };
-                    poses[next] = Some(here.compose(&step));
+                    self.poses[next] = Some(here.compose(&step));
                     queue.push_back(next);
                 }
             }
         }
-        if first < count && !reached[first] && neighbours.has(first) {
-            (source[first], reached[first]) = (true, true);
-            queue.push_back(first);
-        }
     }
-    for (slot, pose) in poses.into_iter().enumerate() {
-        if let Some(pose) = pose.filter(|_| reached[slot]) {
-            let _ = values.set(Key::<P>::new(slot as u32), pose); // the slot exists
-        }
-    }
-    source
 }
 
 /// The edges at each pose.

@@ -16,18 +16,22 @@ use super::structure::Pattern;
 use crate::graph::GraphError;
 
 /// A fill-reducing elimination order of `count` nodes joined by `pairs` (a ≤ b, sorted, each once).
-pub(crate) fn minimum_degree(count: usize, pairs: &[(u32, u32)]) -> Vec<usize> {
+///
+/// # Errors
+/// [`GraphError::OutOfMemory`].
+pub(crate) fn minimum_degree(count: usize, pairs: &[(u32, u32)]) -> Result<Vec<usize>, GraphError> {
     let mut starts = vec![0; count + 1];
     pairs.iter().for_each(|&(a, _)| starts[a as usize + 1] += 1);
     (0..count).for_each(|i| starts[i + 1] += starts[i]);
     let rows: Vec<usize> = pairs.iter().map(|&(_, b)| b as usize).collect();
     let pattern = SymbolicSparseColMatRef::new_checked(count, count, &starts, None, &rows);
     let (mut order, mut inverse) = (vec![0; count], vec![0; count]);
-    let mut memory = MemBuffer::new(amd::order_scratch::<usize>(count, rows.len()));
+    let scratch = amd::order_scratch::<usize>(count, rows.len());
+    let mut memory = MemBuffer::try_new(scratch).map_err(|_| GraphError::OutOfMemory)?;
     let done =
         amd::order(&mut order, &mut inverse, pattern, amd::Control::default(), MemStack::new(&mut memory));
     // The only failure is an index overflow; any order is then as good.
-    if done.is_err() { (0..count).collect() } else { order }
+    Ok(if done.is_err() { (0..count).collect() } else { order })
 }
 
 /// A symmetric positive definite matrix A = LLᵀ of fixed pattern.

@@ -84,7 +84,7 @@ impl Structure {
         pairs.iter().for_each(|&(a, b)| (read[a as usize], read[b as usize]) = (true, true));
         let unread = free.iter().zip(&read).filter(|(_, read)| !**read).map(|(&id, _)| id).collect();
 
-        let order = minimum_degree(free.len(), &pairs);
+        let order = minimum_degree(free.len(), &pairs)?;
         let mut position = vec![u32::MAX; free.len()];
         let mut variables = Vec::with_capacity(free.len());
         for &i in order.iter().filter(|&&i| read[i]) {

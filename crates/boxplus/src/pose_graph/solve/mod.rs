@@ -197,10 +197,24 @@ impl Solved {
 #[non_exhaustive]
 pub enum PoseGraphError {
     /// The graph itself is faulty.
-    #[error("{} fault(s) make the graph unsolvable; the first: {}", faults.len(), faults[0])]
+    #[error("{} fault(s) make the graph unsolvable{}", faults.len(), first(faults))]
     Faulty {
-        /// All of them, at least one.
+        /// All of them.
         faults: Vec<Fault>,
+    },
+    /// One measurement cannot be used.
+    #[error("the measurement of line {} cannot be used: {error}", line.0)]
+    Measurement {
+        /// Where it was read.
+        line: Line,
+        /// What is wrong with it.
+        error: GraphError,
+    },
+    /// One id names two vertices, of one kind or of two.
+    #[error("{id} names two vertices; give each vertex an id of its own")]
+    AmbiguousVertex {
+        /// The id.
+        id: u64,
     },
     /// There is nothing to estimate.
     #[error("the graph has no vertex and no measurement")]
@@ -236,6 +250,10 @@ impl PoseGraph {
         let start = problem.factors.initialise(&problem.values, settings.initial)?;
         Ok(with_values(self, &start.values))
     }
+}
+
+fn first(faults: &[Fault]) -> String {
+    faults.first().map_or_else(String::new, |fault| format!("; the first: {fault}"))
 }
 
 /// Finds the optimum of a pose graph: initialises, optimises, and judges the result.

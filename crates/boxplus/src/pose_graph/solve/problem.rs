@@ -4,8 +4,9 @@ use nalgebra::{DMatrix, SMatrix, SymmetricEigen};
 
 use super::{ChartKind, PoseGraphError, SolveSettings};
 use crate::graph::{
-    Bearing2, Between, Chart, Chordal, Difference, Factor, FactorId, G2o, Graph, GroupVariable, Key, Log,
-    Noise, Prior, Sighting2, Sighting3, Values, Variable, VariableId, Variables, isotropic_information,
+    Bearing2, Between, Chart, Chordal, Difference, Factor, FactorId, G2o, Graph, GraphError, GroupVariable,
+    Key, Log, Noise, Prior, Sighting2, Sighting3, Values, Variable, VariableId, Variables,
+    isotropic_information,
 };
 use crate::lie::{LieGroup, Rn, SE2, SE3};
 use crate::pose_graph::ids::Ids;
@@ -44,11 +45,18 @@ impl Problem {
         if builder.values.is_empty() {
             return Err(PoseGraphError::Empty);
         }
-        builder.hold_fixed()?;
-        match builder.add_factors() {
-            Some(()) => Ok(builder.problem()),
-            None => Err(PoseGraphError::Faulty { faults: faults(graph, settings.indefinite) }),
+        if let Some(id) = builder.keys.ambiguous() {
+            return Err(PoseGraphError::AmbiguousVertex { id });
         }
+        builder.hold_fixed()?;
+        if builder.add_factors().is_some() {
+            return Ok(builder.problem());
+        }
+        let faults = faults(graph, settings.indefinite);
+        Err(match builder.refused {
+            Some((line, error)) if faults.is_empty() => PoseGraphError::Measurement { line, error },
+            _ => PoseGraphError::Faulty { faults },
+        })
     }
 
     /// The variable of a vertex, and the rotation from its tangent to the world: R of a pose, I of a point.
@@ -84,7 +92,7 @@ pub(super) fn with_values(graph: &PoseGraph, values: &Values) -> PoseGraph {
     out
 }
 
-/// The faults that keep a graph from being solved: at least one, for a graph that could not be built.
+/// The faults that keep a graph from being solved.
 fn faults(graph: &PoseGraph, indefinite: Indefinite) -> Vec<Fault> {
     let (mut matrices, mut others): (Vec<_>, Vec<_>) =
         graph.faults().into_iter().partition(|fault| matches!(fault, Fault::Information { .. }));
@@ -111,6 +119,8 @@ fn write<V: Variable, T>(values: &Values, vertices: &mut Vec<Vertex<T>>, value: 
 /// The variables, found by the ids of the file.
 struct Keys {
     ids: Ids,
+    /// The index of an id that two vertices of one kind have.
+    repeated: Option<usize>,
     poses2: Vec<Option<Key<SE2>>>,
     poses3: Vec<Option<Key<SE3>>>,
     points2: Vec<Option<Key<Rn<2>>>>,
@@ -125,6 +135,8 @@ struct Builder<'a> {
     factors: Graph,
     factor_ids: Vec<Option<FactorId>>,
     mended: Vec<Line>,
+    /// The measurement that could not be used, and why.
+    refused: Option<(Line, GraphError)>,
 }
 
 impl<'a> Builder<'a> {
@@ -133,6 +145,7 @@ impl<'a> Builder<'a> {
         let count = ids.len();
         let keys = Keys {
             ids,
+            repeated: None,
             poses2: vec![None; count],
             poses3: vec![None; count],
             points2: vec![None; count],
@@ -146,17 +159,21 @@ impl<'a> Builder<'a> {
             factors: Graph::new(),
             factor_ids: vec![],
             mended: vec![],
+            refused: None,
         }
     }
 
     /// The vertices of the file, or, where it has none at all, one without value for each id that is measured.
     fn insert_vertices(&mut self) {
         let Self { graph, keys, values, .. } = self;
-        let Keys { ids, poses2, poses3, points2, points3 } = keys;
-        insert(ids, values, poses2, &graph.poses2, |value| *value);
-        insert(ids, values, poses3, &graph.poses3, |value| *value);
-        insert(ids, values, points2, &graph.points2, |value| Rn::new(*value));
-        insert(ids, values, points3, &graph.points3, |value| Rn::new(*value));
+        let Keys { ids, repeated, poses2, poses3, points2, points3 } = keys;
+        let twice = [
+            insert(ids, values, poses2, &graph.poses2, |value| *value),
+            insert(ids, values, poses3, &graph.poses3, |value| *value),
+            insert(ids, values, points2, &graph.points2, |value| Rn::new(*value)),
+            insert(ids, values, points3, &graph.points3, |value| Rn::new(*value)),
+        ];
+        *repeated = twice.into_iter().flatten().next();
         if values.is_empty() {
             declare(ids, values, poses2, graph.edges2.iter().flat_map(|e| [e.from, e.to]));
             declare(ids, values, poses2, graph.sightings2.iter().map(|e| e.from));
@@ -167,7 +184,9 @@ impl<'a> Builder<'a> {
             declare(ids, values, poses3, graph.priors3.iter().map(|p| p.id));
             declare(ids, values, points2, graph.sightings2.iter().map(|e| e.to));
             declare(ids, values, points2, graph.bearings2.iter().map(|e| e.to));
+            declare(ids, values, points2, graph.point_priors2.iter().map(|p| p.id));
             declare(ids, values, points3, graph.sightings3.iter().map(|e| e.to));
+            declare(ids, values, points3, graph.point_priors3.iter().map(|p| p.id));
         }
     }
 
@@ -183,7 +202,7 @@ impl<'a> Builder<'a> {
     }
 
     fn hold(&mut self, id: u64) -> bool {
-        let Keys { ids, poses2, poses3, points2, points3 } = &self.keys;
+        let Keys { ids, poses2, poses3, points2, points3, .. } = &self.keys;
         let values = &mut self.values;
         let Some(i) = ids.index(id) else { return false };
         if let Some(key) = poses2[i] {
@@ -293,15 +312,22 @@ impl<'a> Builder<'a> {
         information: &SMatrix<f64, R, R>,
         line: Line,
     ) -> Option<Option<Noise<R>>> {
-        if let Ok(noise) = Noise::from_information(information) {
-            return Some(Some(noise));
-        }
+        let error = match Noise::from_information(information) {
+            Ok(noise) => return Some(Some(noise)),
+            Err(error) => error,
+        };
         self.mended.push(line);
-        match self.settings.indefinite {
+        let mended = match self.settings.indefinite {
             Indefinite::Refuse => None,
-            Indefinite::Clamp => Some(Some(Noise::from_information(&clamped(information)?).ok()?)),
-            Indefinite::Skip => Some(None),
+            Indefinite::Clamp => {
+                clamped(information).and_then(|mended| Noise::from_information(&mended).ok())
+            }
+            Indefinite::Skip => return Some(None),
+        };
+        if mended.is_none() {
+            self.refused = Some((line, error));
         }
+        mended.map(Some)
     }
 
     fn push<F: Factor<R>, const R: usize>(
@@ -325,6 +351,21 @@ impl<'a> Builder<'a> {
 }
 
 impl Keys {
+    /// An id that names two variables.
+    fn ambiguous(&self) -> Option<u64> {
+        let named = |i: usize| {
+            let kinds = [
+                self.poses2[i].is_some(),
+                self.poses3[i].is_some(),
+                self.points2[i].is_some(),
+                self.points3[i].is_some(),
+            ];
+            kinds.into_iter().filter(|named| *named).count()
+        };
+        let twice = self.repeated.or_else(|| (0..self.ids.len()).find(|&i| named(i) > 1));
+        twice.map(|i| self.ids.as_slice()[i])
+    }
+
     fn pose2(&self, id: u64) -> Option<Key<SE2>> {
         self.poses2[self.ids.index(id)?]
     }
@@ -339,18 +380,24 @@ impl Keys {
     }
 }
 
+/// Adds the vertices of one kind; returns the index of an id that is given twice.
 fn insert<V: Variable, T>(
     ids: &Ids,
     values: &mut Values,
     keys: &mut [Option<Key<V>>],
     vertices: &[Vertex<T>],
     value: impl Fn(&T) -> V,
-) {
+) -> Option<usize> {
+    let mut twice = None;
     for vertex in vertices {
         if let Some(i) = ids.index(vertex.id) {
+            if keys[i].is_some() {
+                twice = Some(i);
+            }
             keys[i] = Some(values.insert_labelled(value(&vertex.value), vertex.id));
         }
     }
+    twice
 }
 
 fn declare<V: Variable>(

@@ -4,6 +4,7 @@ use nalgebra::Matrix3;
 
 use super::problem::Problem;
 use super::{PoseGraphError, SolveSettings};
+use crate::graph::GraphError;
 use crate::pose_graph::PoseGraph;
 
 /// How sure the position of one vertex is.
@@ -17,7 +18,7 @@ pub struct PositionCovariance {
 
 impl PoseGraph {
     /// Covariances of the positions of these vertices, at the values that the graph holds, in the world frame, relative
-    /// to whatever is held.
+    /// to whatever is held. Ids that name no vertex, or one that no measurement reads, are left out.
     ///
     /// # Errors
     /// [`PoseGraphError`], e.g. where the measurements do not determine them.
@@ -31,7 +32,10 @@ impl PoseGraph {
         let mut out = Vec::with_capacity(ids.len());
         for &id in ids {
             if let Some((key, rotation)) = problem.frame(id) {
-                let local = marginals.covariance(key)?;
+                let local = match marginals.covariance(key) {
+                    Err(GraphError::Unread { .. }) => continue, // nothing is known of it
+                    local => local?,
+                };
                 let size = rotation.nrows();
                 let world = &rotation * local.view((0, 0), (size, size)) * rotation.transpose();
                 let entry = |i, j| if i < size && j < size { world[(i, j)] } else { 0.0 };
