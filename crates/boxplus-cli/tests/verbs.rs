@@ -276,8 +276,8 @@ fn an_output_that_cannot_be_written_is_exit_code_1() {
 #[test]
 fn an_interrupted_search_is_exit_code_130_and_kept() {
     let folder = Folder::new();
-    let arguments = "solve demo:sphere --size 4900 --init file --relative-cost 0 --gradient 0 --step 0 \
-        --max-iterations 1000000 --algorithm dogleg -o out.g2o";
+    let arguments = "solve demo:sphere --size 19600 --init file --relative-cost 0 --gradient 0 --step 0 \
+        --max-iterations 1000000 -o out.g2o";
     let mut child = Command::new(env!("CARGO_BIN_EXE_boxplus"))
         .args(arguments.split_whitespace())
         .current_dir(folder.path(""))
