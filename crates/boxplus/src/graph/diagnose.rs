@@ -6,10 +6,13 @@
 
 use core::fmt;
 
+use nalgebra::DMatrix;
+
 use super::GraphError;
 use super::linear::cholesky::Cholesky;
+use super::linear::evaluate::Evaluator;
 use super::linear::structure::{Normal, Structure};
-use super::solve::step::{dot, product};
+use super::linear::vector::{dot, product, rough};
 use super::{Values, VariableName};
 
 /// One coordinate of one variable that takes part in an unconstrained direction.
@@ -66,19 +69,26 @@ impl fmt::Display for Unconstrained {
 const SOUGHT: usize = 8;
 /// Shifts of the scaled matrix (unit diagonal), the smallest first: the first that leaves it factorisable is taken.
 const SHIFTS: [f64; 5] = [1e-14, 1e-13, 1e-12, 1e-11, 1e-10];
-/// A direction is unconstrained where the scaled curvature vᵀHv of a unit v is below this: rounding of H leaves about
-/// 1e-15. The softest bend of a chain of 10⁵ poses still has 1e-13.
-const FREE: f64 = 2e-14;
+/// A direction is unconstrained where the scaled curvature ‖J·v‖² of a unit v is below this. It is summed over the factors,
+/// where a free direction cancels to ε² ≈ 1e-31, not taken from JᵀJ, which would leave ε. The softest bend of a chain of
+/// 10⁵ planar poses has 3e-18.
+const FREE: f64 = 1e-21;
+/// Directions above this in JᵀJ are not looked at: its rounding is a thousand times less.
+const CANDIDATE: f64 = 1e-12;
 
 /// The unconstrained directions of the normal equations, or `None` where every direction is constrained.
 pub(crate) fn weakest(
+    evaluator: &Evaluator<'_>,
     structure: &Structure,
     normal: &Normal,
     values: &Values,
 ) -> Result<Option<Unconstrained>, GraphError> {
     let size = structure.size();
     let sought = SOUGHT.min(size);
-    let (scaled, _) = scale(structure, normal);
+    if size == 0 {
+        return Ok(None);
+    }
+    let (scaled, scale) = scale(structure, normal);
     let mut cholesky = Cholesky::new(&structure.pattern, sought)?;
     let factorised = SHIFTS.iter().any(|shift| {
         let mut shifted = scaled.clone();
@@ -88,13 +98,13 @@ pub(crate) fn weakest(
     if !factorised {
         return Ok(None); // negative curvature beyond rounding cannot come from JᵀJ
     }
-    let mut basis: Vec<f64> = (0..size * sought).map(|i| (1.0 + i as f64 * 0.754_877).sin()).collect();
+    let mut basis = rough(size * sought);
     orthonormalise(&mut basis, size);
     for _ in 0..6 {
         cholesky.solve(&mut basis);
         orthonormalise(&mut basis, size);
     }
-    let free = free_directions(structure, &scaled, &basis);
+    let free = free_directions(evaluator, structure, values, (&scaled, &scale), &basis);
     Ok((!free.is_empty()).then(|| describe(structure, values, &free, sought)))
 }
 
@@ -115,20 +125,36 @@ pub(crate) fn scale(structure: &Structure, normal: &Normal) -> (Vec<f64>, Vec<f6
     (scaled, scale)
 }
 
-/// The eigenvectors of the projection of the matrix on the basis whose eigenvalues vanish.
-fn free_directions(structure: &Structure, scaled: &[f64], basis: &[f64]) -> Vec<Vec<f64>> {
-    let size = structure.size();
-    let columns: Vec<&[f64]> = basis.chunks(size).collect();
-    let images: Vec<Vec<f64>> = columns.iter().map(|v| product(structure, scaled, v)).collect();
-    let projected =
-        nalgebra::DMatrix::from_fn(columns.len(), columns.len(), |i, j| dot(columns[i], &images[j]));
-    let eigen = ((&projected + projected.transpose()) * 0.5).symmetric_eigen();
-    let free = (0..columns.len()).filter(|&k| eigen.eigenvalues[k] < FREE);
-    free.map(|k| {
-        let mut vector = vec![0.0; size];
+/// The combinations of the basis along which no residual changes: those that look free in the matrix, sifted by the
+/// factors themselves.
+fn free_directions(
+    evaluator: &Evaluator<'_>,
+    structure: &Structure,
+    values: &Values,
+    (scaled, scale): (&[f64], &[f64]),
+    basis: &[f64],
+) -> Vec<Vec<f64>> {
+    let columns: Vec<Vec<f64>> = basis.chunks(structure.size()).map(<[f64]>::to_vec).collect();
+    let images: Vec<_> = columns.iter().map(|v| product(&structure.pattern, scaled, v)).collect();
+    let projected = DMatrix::from_fn(columns.len(), columns.len(), |i, j| dot(&columns[i], &images[j]));
+    let candidates = soft_combinations(&columns, &projected, CANDIDATE);
+    let unscale = |v: &Vec<f64>| v.iter().zip(scale).map(|(v, s)| v * s).collect();
+    let unscaled: Vec<Vec<f64>> = candidates.iter().map(unscale).collect();
+    soft_combinations(&candidates, &evaluator.curvatures(values, structure, &unscaled), FREE)
+}
+
+/// The orthonormal combinations of orthonormal `columns` in which the symmetric `form` is below `bound`.
+fn soft_combinations(columns: &[Vec<f64>], form: &DMatrix<f64>, bound: f64) -> Vec<Vec<f64>> {
+    if columns.is_empty() {
+        return vec![];
+    }
+    let eigen = ((form + form.transpose()) * 0.5).symmetric_eigen();
+    let soft = (0..columns.len()).filter(|&k| eigen.eigenvalues[k] < bound);
+    soft.map(|k| {
+        let mut vector = vec![0.0; columns[0].len()];
         for (j, column) in columns.iter().enumerate() {
             let weight = eigen.eigenvectors[(j, k)];
-            vector.iter_mut().zip(*column).for_each(|(v, c)| *v += weight * c);
+            vector.iter_mut().zip(column).for_each(|(v, c)| *v += weight * c);
         }
         vector
     })

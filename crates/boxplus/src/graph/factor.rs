@@ -4,9 +4,10 @@ use core::any::{Any, TypeId};
 use core::fmt::Debug;
 use core::ops::Range;
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{DVector, SMatrix, SVector};
 
 use super::linear::structure::{Normal, SetPlan};
+use super::linear::vector::dot;
 use super::noise::Noise;
 use super::robust::Kernel;
 use super::values::{Key, Offsets, Values, VariableId};
@@ -314,6 +315,17 @@ pub(crate) trait AnySet: Any + Send + Sync {
     fn squared(&self, values: &Values, index: usize) -> f64;
     /// Cost of `range`, and each factor's part of the normal equations, [`stride`] numbers a factor, into `out`.
     fn linearise(&self, values: &Values, range: Range<usize>, out: &mut [f64]) -> f64;
+    /// Dimension R of the residual.
+    fn residual_dim(&self) -> usize;
+    /// Overwrites `slopes[r][k]` with the derivative of the r-th whitened residual of a factor along the k-th direction.
+    fn slopes(
+        &self,
+        values: &Values,
+        index: usize,
+        offsets: &Offsets,
+        directions: &[Vec<f64>],
+        slopes: &mut [DVector<f64>],
+    );
     /// Adds what [`Self::linearise`] wrote to the normal equations, factor by factor.
     fn scatter(&self, range: Range<usize>, parts: &[f64], plan: &SetPlan, normal: &mut Normal);
     fn set_kernel(&mut self, kernel: Kernel);
@@ -388,6 +400,34 @@ impl<F: Factor<R>, const R: usize> AnySet for FactorSet<F, R> {
             cost += self.linearise_one(index, &variables, out);
         }
         cost
+    }
+    fn residual_dim(&self) -> usize {
+        R
+    }
+    fn slopes(
+        &self,
+        values: &Values,
+        index: usize,
+        offsets: &Offsets,
+        directions: &[Vec<f64>],
+        slopes: &mut [DVector<f64>],
+    ) {
+        slopes.iter_mut().for_each(|slope| slope.fill(0.0));
+        let stores = F::Variables::stores(values);
+        let Some(variables) = F::Variables::gather(&stores, &self.slots[index]) else { return };
+        let (residual, jacobians) = self.factors[index].residual_jac(&variables);
+        let u = self.noises[index].sqrt_information();
+        let weight = self.kernels[index].weight((u * residual).norm_squared()).sqrt();
+        F::Variables::whiten(&jacobians, u, |whitened| {
+            for ((id, w), &dim) in self.ids(index).iter().zip(whitened).zip(F::Variables::DIMS) {
+                let Some(start) = offsets.get(*id) else { continue };
+                for (slope, row) in slopes.iter_mut().zip(w.chunks_exact(dim)) {
+                    for (k, direction) in directions.iter().enumerate() {
+                        slope[k] += weight * dot(row, &direction[start..start + dim]);
+                    }
+                }
+            }
+        });
     }
     fn scatter(&self, range: Range<usize>, parts: &[f64], plan: &SetPlan, normal: &mut Normal) {
         for (index, part) in range.zip(parts.chunks_exact(stride(F::Variables::DIMS))) {

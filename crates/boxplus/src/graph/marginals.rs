@@ -37,9 +37,10 @@ impl Marginals {
         let gauge = gauge::fix(sets, &mut values).iter().map(|&id| values.name(id)).collect();
         let structure = Structure::new(sets, &values)?;
         let mut normal = structure.normal();
-        Evaluator::new(sets, 1).linearise(&values, &structure, &mut normal);
+        let mut evaluator = Evaluator::new(sets, 1);
+        evaluator.linearise(&values, &structure, &mut normal);
         let (scaled, scale) = scale(&structure, &normal);
-        if let Some(unconstrained) = weakest(&structure, &normal, &values)? {
+        if let Some(unconstrained) = weakest(&evaluator, &structure, &normal, &values)? {
             return Err(GraphError::Unconstrained(unconstrained));
         }
         let mut cholesky = Cholesky::new(&structure.pattern, COLUMNS)?;

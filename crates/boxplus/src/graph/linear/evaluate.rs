@@ -5,6 +5,9 @@
 
 use core::ops::Range;
 
+use nalgebra::{DMatrix, DVector};
+
+use super::pool::Pool;
 use super::structure::{Normal, Structure};
 use crate::graph::factor::{AnySet, stride};
 use crate::graph::values::Values;
@@ -20,16 +23,22 @@ const PARALLEL: usize = 2048;
 pub(crate) struct Evaluator<'a> {
     sets: &'a [Box<dyn AnySet>],
     chunks: Vec<Chunk>,
-    buffers: Vec<Vec<f64>>,
     costs: Vec<f64>,
-    #[cfg(feature = "parallel")]
-    pool: Option<rayon::ThreadPool>,
+    parts: Vec<Part>,
+    pool: Pool,
 }
 
 #[derive(Clone, Debug)]
 struct Chunk {
     set: usize,
     factors: Range<usize>,
+}
+
+/// What a chunk adds to the normal equations, and to the cost.
+#[derive(Clone, Debug)]
+struct Part {
+    numbers: Vec<f64>,
+    cost: f64,
 }
 
 impl<'a> Evaluator<'a> {
@@ -41,79 +50,61 @@ impl<'a> Evaluator<'a> {
             chunks.extend(starts.map(|s| Chunk { set, factors: s..(s + CHUNK).min(factors.len()) }));
         }
         let total: usize = sets.iter().map(|set| set.len()).sum();
-        let widest = sets.iter().map(|set| stride(set.dims())).max().unwrap_or(0);
-        let buffers = vec![vec![0.0; widest * CHUNK]; BATCH.min(chunks.len())];
-        let costs = vec![0.0; chunks.len()];
-        let _ = (threads, total, PARALLEL);
-        Self {
-            sets,
-            chunks,
-            buffers,
-            costs,
-            #[cfg(feature = "parallel")]
-            pool: pool(if total < PARALLEL { 1 } else { threads }),
-        }
+        let pool = Pool::new(if total < PARALLEL { 1 } else { threads }, chunks.len());
+        Self { sets, costs: vec![0.0; chunks.len()], chunks, parts: vec![], pool }
     }
 
     /// Number of threads that work.
     pub(crate) fn threads(&self) -> usize {
-        #[cfg(feature = "parallel")]
-        return self.pool.as_ref().map_or(1, rayon::ThreadPool::current_num_threads);
-        #[cfg(not(feature = "parallel"))]
-        1
+        self.pool.threads()
     }
 
     /// The cost: ½ Σ ρ(‖U·r‖²) over all factors.
     pub(crate) fn cost(&mut self, values: &Values) -> f64 {
-        let Self { sets, chunks, costs, .. } = self;
-        let evaluate = |chunk: &Chunk| sets[chunk.set].cost(values, chunk.factors.clone());
-        #[cfg(feature = "parallel")]
-        if let Some(pool) = &self.pool {
-            use rayon::prelude::*;
-            pool.install(|| {
-                costs.par_iter_mut().zip(chunks.par_iter()).for_each(|(cost, chunk)| *cost = evaluate(chunk));
-            });
-            return costs.iter().sum();
-        }
-        costs.iter_mut().zip(chunks.iter()).for_each(|(cost, chunk)| *cost = evaluate(chunk));
+        let Self { sets, chunks, costs, pool, .. } = self;
+        pool.for_each(costs, |i, cost| *cost = sets[chunks[i].set].cost(values, chunks[i].factors.clone()));
         costs.iter().sum()
+    }
+
+    /// The curvatures (J·v)ᵀ(J·w) of the cost between all pairs of `directions`, summed over the factors.
+    pub(crate) fn curvatures(
+        &self,
+        values: &Values,
+        structure: &Structure,
+        directions: &[Vec<f64>],
+    ) -> DMatrix<f64> {
+        let mut curvatures = DMatrix::zeros(directions.len(), directions.len());
+        for set in self.sets {
+            let mut slopes = vec![DVector::zeros(directions.len()); set.residual_dim()];
+            for factor in 0..set.len() {
+                set.slopes(values, factor, &structure.offsets, directions, &mut slopes);
+                slopes.iter().for_each(|slope| curvatures.ger(1.0, slope, slope, 1.0));
+            }
+        }
+        curvatures
     }
 
     /// Overwrites `normal` with JᵀJ and Jᵀr at `values`, and returns the cost.
     pub(crate) fn linearise(&mut self, values: &Values, structure: &Structure, normal: &mut Normal) -> f64 {
         normal.matrix.fill(0.0);
         normal.gradient.fill(0.0);
+        let Self { sets, chunks, parts, pool, .. } = self;
+        if parts.is_empty() {
+            let widest = sets.iter().map(|set| stride(set.dims())).max().unwrap_or(0);
+            parts.resize(BATCH.min(chunks.len()), Part { numbers: vec![0.0; widest * CHUNK], cost: 0.0 });
+        }
         let mut cost = 0.0;
-        for batch in self.chunks.chunks(BATCH) {
-            let sets = self.sets;
-            let work = |(cost, (chunk, buffer)): (&mut f64, (&Chunk, &mut Vec<f64>))| {
-                *cost = sets[chunk.set].linearise(values, chunk.factors.clone(), buffer);
-            };
-            #[cfg(feature = "parallel")]
-            if let Some(pool) = &self.pool {
-                use rayon::prelude::*;
-                let jobs = batch.par_iter().zip(&mut self.buffers);
-                pool.install(|| self.costs.par_iter_mut().zip(jobs).for_each(work));
-            } else {
-                self.costs.iter_mut().zip(batch.iter().zip(&mut self.buffers)).for_each(work);
-            }
-            #[cfg(not(feature = "parallel"))]
-            self.costs.iter_mut().zip(batch.iter().zip(&mut self.buffers)).for_each(work);
-
-            for ((chunk, buffer), part) in batch.iter().zip(&self.buffers).zip(&self.costs) {
-                sets[chunk.set].scatter(chunk.factors.clone(), buffer, &structure.plans[chunk.set], normal);
-                cost += part;
+        for batch in chunks.chunks(BATCH) {
+            let parts = &mut parts[..batch.len()];
+            pool.for_each(parts, |i, part| {
+                let Chunk { set, factors } = batch[i].clone();
+                part.cost = sets[set].linearise(values, factors, &mut part.numbers);
+            });
+            for (Chunk { set, factors }, part) in batch.iter().zip(parts) {
+                sets[*set].scatter(factors.clone(), &part.numbers, &structure.plans[*set], normal);
+                cost += part.cost;
             }
         }
         cost
     }
-}
-
-/// A pool where more than one thread is wanted.
-#[cfg(feature = "parallel")]
-fn pool(threads: usize) -> Option<rayon::ThreadPool> {
-    let available = std::thread::available_parallelism().map_or(1, usize::from);
-    let threads = if threads == 0 { available } else { threads };
-    // A pool that cannot be made (no more threads to be had) is no reason to fail: one thread gives the same result.
-    if threads > 1 { rayon::ThreadPoolBuilder::new().num_threads(threads).build().ok() } else { None }
 }

@@ -2,4 +2,6 @@
 
 pub(crate) mod cholesky;
 pub(crate) mod evaluate;
+mod pool;
 pub(crate) mod structure;
+pub(crate) mod vector;

@@ -41,7 +41,8 @@ pub struct SolveOptions {
     pub algorithm: Algorithm,
     /// Stop after this many trial steps.
     pub max_iterations: usize,
-    /// Stop when a step lowers the cost by less than `relative_cost`·cost, or the model promises no more than that.
+    /// Stop when a step that is not held back lowers the cost by less than `relative_cost`·cost, or the model promises no
+    /// more than that.
     pub relative_cost: f64,
     /// Stop when max |gᵢ|/√Hᵢᵢ < `gradient`, in standard deviations.
     pub gradient: f64,
@@ -151,11 +152,15 @@ impl Search<'_> {
         let mut fresh = true; // no step from this linearisation has been rejected
         while self.report.iterations.len() < options.max_iterations {
             if gradient < options.gradient {
-                return Ok(Termination::Gradient);
+                return Ok(if self.all_silenced() { Termination::NoDecrease } else { Termination::Gradient });
             }
             let Some(step) = self.propose()? else { return Ok(Termination::NoDecrease) };
             let small = step.scaled < options.step;
             if fresh && (small || step.predicted <= options.relative_cost * self.cost) {
+                if self.region.binds() {
+                    self.region.loosen();
+                    continue;
+                }
                 // What remains is below the tolerance: take it if it helps, and stop.
                 let iteration = self.attempt(&step, gradient, true);
                 let _ = observer(&iteration); // it stops here anyway
@@ -168,7 +173,7 @@ impl Search<'_> {
             fresh = iteration.accepted;
             if iteration.accepted {
                 let settled = iteration.decrease.abs() <= options.relative_cost * self.cost;
-                if settled && iteration.gain > 0.25 {
+                if settled && iteration.gain > 0.25 && !self.region.binds() {
                     return Ok(Termination::RelativeCost);
                 }
                 gradient = self.linearise();
@@ -181,6 +186,11 @@ impl Search<'_> {
             }
         }
         Ok(Termination::MaxIterations)
+    }
+
+    /// Whether robust kernels have silenced every factor: the gradient then vanishes without a minimum.
+    fn all_silenced(&self) -> bool {
+        self.cost > 0.0 && self.system.normal.matrix.iter().all(|h| *h == 0.0)
     }
 
     /// Refills the normal equations at the current values; returns the scaled gradient.
@@ -198,10 +208,12 @@ impl Search<'_> {
         match self.region.step(&mut self.system) {
             Some(step) => Ok(Some(step)),
             None if self.region.is_damped() => Ok(None),
-            None => Err(match weakest(self.system.structure, &self.system.normal, &self.values)? {
-                Some(unconstrained) => GraphError::Unconstrained(unconstrained),
-                None => GraphError::IllConditioned,
-            }),
+            None => Err(
+                match weakest(&self.evaluator, self.system.structure, &self.system.normal, &self.values)? {
+                    Some(unconstrained) => GraphError::Unconstrained(unconstrained),
+                    None => GraphError::IllConditioned,
+                },
+            ),
         }
     }
 
@@ -240,15 +252,19 @@ impl Search<'_> {
     /// Looks for directions that nothing constrains, if the last factor hints at any.
     fn unconstrained(&mut self) -> Result<Option<Unconstrained>, GraphError> {
         let System { structure, normal, cholesky, .. } = &mut self.system;
-        if structure.size() == 0 || !self.region.hints_at_singularity(cholesky) {
+        let silenced = self.report.termination == Termination::NoDecrease;
+        if structure.size() == 0 || silenced || !self.region.hints_at_singularity(cholesky) {
             return Ok(None);
         }
-        weakest(structure, normal, &self.values)
+        weakest(&self.evaluator, structure, normal, &self.values)
     }
 
     fn finish(mut self, unconstrained: Option<Unconstrained>) -> Solution {
         let (values, cost) = match self.best {
-            Some((values, cost)) if cost < self.cost => (values, cost),
+            Some((values, cost)) if cost < self.cost => {
+                self.report.termination = Termination::Diverged; // wherever it went, it was better before
+                (values, cost)
+            }
             _ => (self.values, self.cost),
         };
         self.report.cost = cost;

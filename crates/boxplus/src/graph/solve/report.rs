@@ -18,9 +18,10 @@ pub enum Termination {
     NothingToSolve,
     /// The allowed iterations are used up.
     MaxIterations,
-    /// No step, however damped, lowers the cost any more, though the gradient has not vanished.
+    /// No step, however damped, lowers the cost any more, though the gradient has not vanished; or robust kernels have
+    /// silenced every factor.
     NoDecrease,
-    /// Gauss–Newton steps raised the cost time and again; Levenberg–Marquardt may do better.
+    /// Gauss–Newton steps raised the cost; the best estimate before is returned. Levenberg–Marquardt may do better.
     Diverged,
     /// The observer asked to stop.
     Interrupted,
@@ -65,7 +66,7 @@ impl fmt::Display for Termination {
 /// One trial step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Iteration {
-    /// Cost of the best estimate after this trial.
+    /// Cost of the estimate after this trial.
     pub cost: f64,
     /// Cost before, less the cost that the trial reached: negative where it went up.
     pub decrease: f64,
@@ -115,7 +116,7 @@ pub struct SolveReport {
     pub gauge: Vec<VariableName>,
     /// Free variables that no factor reads: they keep their values.
     pub unread: Vec<VariableName>,
-    /// Free scalars, and numbers in the factor L.
+    /// Free scalars.
     pub unknowns: usize,
     /// Numbers in the factor L.
     pub factor_len: usize,

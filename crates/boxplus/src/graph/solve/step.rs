@@ -5,6 +5,7 @@ use super::report::Seconds;
 use super::{Algorithm, SolveOptions};
 use crate::graph::linear::cholesky::Cholesky;
 use crate::graph::linear::structure::{Normal, Structure};
+use crate::graph::linear::vector::{dot, product, rough};
 
 /// The linear model at the current estimate, and the means to solve it.
 pub(crate) struct System<'a> {
@@ -18,7 +19,7 @@ pub(crate) struct System<'a> {
 impl System<'_> {
     /// H·x.
     fn product(&self, x: &[f64]) -> Vec<f64> {
-        product(self.structure, &self.normal.matrix, x)
+        product(&self.structure.pattern, &self.normal.matrix, x)
     }
 }
 
@@ -36,7 +37,7 @@ pub(crate) struct Step {
 /// How far the model is trusted.
 pub(crate) struct Region {
     trust: Trust,
-    /// D: the diagonal of H, with a floor that keeps the damped matrix positive definite.
+    /// D: the diagonal of H, with 1 for its zeros.
     diagonal: Vec<f64>,
     /// H + λD.
     damped: Vec<f64>,
@@ -60,10 +61,12 @@ enum Trust {
     Radius(f64),
 }
 
-/// Dᵢ is at least this share of the largest.
-const FLOOR: f64 = 1e-12;
 /// λ beyond this moves nothing any more.
 const LARGEST_DAMPING: f64 = 1e12;
+/// A trust radius below this moves nothing any more.
+const SMALLEST_RADIUS: f64 = 1e-12;
+/// With more damping than this a short step is no sign of a minimum: it may be the damping that makes it short.
+const FREE_DAMPING: f64 = 1e-6;
 /// λ below this is rounding of the diagonal.
 const SMALLEST_DAMPING: f64 = 1e-14;
 /// A trial is accepted when the cost falls by this share of the promise.
@@ -74,9 +77,12 @@ const CLIMBS: u32 = 5;
 impl Region {
     pub(crate) fn new(options: &SolveOptions, normal: &Normal) -> Self {
         let trust = match options.algorithm {
-            Algorithm::LevenbergMarquardt => Trust::Damping { lambda: options.initial_damping, nu: 2.0 },
+            Algorithm::LevenbergMarquardt => {
+                // max also cures what is not a number.
+                Trust::Damping { lambda: options.initial_damping.max(SMALLEST_DAMPING), nu: 2.0 }
+            }
             Algorithm::GaussNewton => Trust::Full { climbs: 0 },
-            Algorithm::Dogleg => Trust::Radius(options.initial_radius),
+            Algorithm::Dogleg => Trust::Radius(options.initial_radius.max(SMALLEST_RADIUS)),
         };
         Self {
             trust,
@@ -90,8 +96,8 @@ impl Region {
     /// Takes note of new normal equations.
     pub(crate) fn linearised(&mut self, structure: &Structure, normal: &Normal) {
         let entries = structure.diagonal.iter().map(|&at| normal.matrix[at]);
-        let floor = FLOOR * entries.clone().fold(f64::MIN_POSITIVE, f64::max);
-        self.diagonal.iter_mut().zip(entries).for_each(|(d, h)| *d = h.max(floor));
+        // What no residual depends on has no unit of its own; its gradient is zero whatever stands here.
+        self.diagonal.iter_mut().zip(entries).for_each(|(d, h)| *d = if h > 0.0 { h } else { 1.0 });
         self.steps = None;
     }
 
@@ -110,6 +116,26 @@ impl Region {
         }
     }
 
+    /// Whether the last step was held back by the region rather than by the model.
+    pub(crate) fn binds(&self) -> bool {
+        match self.trust {
+            Trust::Damping { lambda, .. } => lambda > FREE_DAMPING,
+            Trust::Full { .. } => false,
+            Trust::Radius(radius) => {
+                self.steps.as_ref().is_some_and(|(newton, _)| length(newton, &self.diagonal) > radius)
+            }
+        }
+    }
+
+    /// Lets the next step be longer.
+    pub(crate) fn loosen(&mut self) {
+        match &mut self.trust {
+            Trust::Damping { lambda, .. } => *lambda *= 0.1,
+            Trust::Full { .. } => {}
+            Trust::Radius(radius) => *radius *= 10.0,
+        }
+    }
+
     pub(crate) fn is_damped(&self) -> bool {
         matches!(self.trust, Trust::Damping { .. })
     }
@@ -119,7 +145,7 @@ impl Region {
         match self.trust {
             Trust::Damping { lambda, .. } => lambda > LARGEST_DAMPING,
             Trust::Full { .. } => true,
-            Trust::Radius(radius) => radius < 1e-12,
+            Trust::Radius(radius) => radius <= SMALLEST_RADIUS,
         }
     }
 
@@ -186,7 +212,7 @@ impl Region {
 
     /// Accepts or rejects a trial, and adapts the trust.
     pub(crate) fn judge(&mut self, cost: f64, gain: f64, step: &Step) -> bool {
-        let accepted = cost.is_finite() && gain > ACCEPT;
+        let accepted = cost.is_finite() && step.predicted > 0.0 && gain > ACCEPT;
         match &mut self.trust {
             Trust::Damping { lambda, nu } => {
                 if accepted {
@@ -223,8 +249,7 @@ impl Region {
         if self.factored.is_nan() || self.factored > 1e-6 {
             return true;
         }
-        // A fixed rough vector: no eigenvector of a real problem is orthogonal to it twice.
-        let mut x: Vec<f64> = (0..self.diagonal.len()).map(|i| (1.0 + i as f64 * 0.754_877).sin()).collect();
+        let mut x = rough(self.diagonal.len());
         let mut smallest = f64::INFINITY;
         for _ in 0..2 {
             let norm = dot(&x, &x).sqrt();
@@ -238,6 +263,11 @@ impl Region {
     }
 }
 
+/// ‖√D·x‖.
+fn length(x: &[f64], diagonal: &[f64]) -> f64 {
+    x.iter().zip(diagonal).map(|(x, d)| x * x * d).sum::<f64>().sqrt()
+}
+
 /// The point of Powell's path 0 → Cauchy → Gauss–Newton at ‖√D·δ‖ = radius, or its end.
 fn dogleg(newton: &[f64], cauchy: &[f64], diagonal: &[f64], radius: f64) -> Vec<f64> {
     let inner =
@@ -245,35 +275,13 @@ fn dogleg(newton: &[f64], cauchy: &[f64], diagonal: &[f64], radius: f64) -> Vec<
     if inner(newton, newton) <= radius * radius {
         return newton.to_vec();
     }
-    let length = inner(cauchy, cauchy).sqrt();
-    if length >= radius {
-        return cauchy.iter().map(|x| x * radius / length).collect();
+    let descent = inner(cauchy, cauchy).sqrt();
+    if descent >= radius {
+        return cauchy.iter().map(|x| x * radius / descent).collect();
     }
     let leg: Vec<f64> = newton.iter().zip(cauchy).map(|(n, c)| n - c).collect();
-    let (a, b, c) = (inner(&leg, &leg), inner(cauchy, &leg), length * length - radius * radius);
+    let (a, b, c) = (inner(&leg, &leg), inner(cauchy, &leg), descent * descent - radius * radius);
     let root = (b * b - a * c).sqrt();
     let t = if b > 0.0 { -c / (b + root) } else { (root - b) / a }; // the positive root, without cancellation
     cauchy.iter().zip(&leg).map(|(x, l)| x + t * l).collect()
-}
-
-/// H·x from the lower triangle of H.
-pub(crate) fn product(structure: &Structure, matrix: &[f64], x: &[f64]) -> Vec<f64> {
-    let pattern = &structure.pattern;
-    let mut y = vec![0.0; x.len()];
-    for column in 0..x.len() {
-        let range = pattern.starts[column]..pattern.starts[column + 1];
-        let mut sum = 0.0;
-        for (&row, h) in pattern.rows[range.clone()].iter().zip(&matrix[range]) {
-            y[row] += h * x[column];
-            if row != column {
-                sum += h * x[row];
-            }
-        }
-        y[column] += sum;
-    }
-    y
-}
-
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
