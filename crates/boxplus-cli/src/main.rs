@@ -5,6 +5,7 @@ mod args;
 mod before_after;
 mod choices;
 mod convert;
+mod document;
 mod draw;
 mod error;
 mod excerpt;

@@ -12,13 +12,13 @@ use crate::args::{Global, Method, Solve};
 use crate::before_after;
 use crate::choices::Format;
 use crate::convert::{format, save};
+use crate::document::SolveDocument;
 use crate::error::{Error, Outcome};
 use crate::input::{self, Loaded};
 use crate::interrupt;
 use crate::output::{self, Console};
 use crate::plot::{self, Picture};
 use crate::progress::Progress;
-use crate::report::SolveDocument;
 use crate::text::significant;
 
 /// Reads, optimises, reports and writes.

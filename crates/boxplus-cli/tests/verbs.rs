@@ -125,6 +125,20 @@ fn a_robust_kernel_bears_wrong_loop_closures() {
 }
 
 #[test]
+fn indefinite_information_is_mended_or_left_out_when_asked() {
+    let map = SQUARE.replacen("100 0 0 100 0 400", "100 0 0 -100 0 400", 1);
+    let folder = Folder::new().with("map.g2o", map);
+    assert_eq!(folder.boxplus("solve map.g2o").code, 3);
+    for policy in ["clamp", "skip"] {
+        let run = folder.boxplus(&format!("solve map.g2o --json --indefinite {policy}"));
+        assert_eq!(run.code, 0, "{policy}: {}", run.stderr);
+        assert_eq!(run.json()["mended"], serde_json::json!([5]), "{policy}");
+    }
+    assert!(folder.boxplus("solve map.g2o --indefinite skip").stdout.contains("mended    1 measurement"));
+    assert_eq!(folder.boxplus("plot map.g2o -o map.svg").code, 0);
+}
+
+#[test]
 fn standard_input_and_output_carry_graphs() {
     let folder = Folder::new();
     let run = folder.boxplus_fed("solve - -o -", SQUARE);
@@ -276,8 +290,8 @@ fn an_output_that_cannot_be_written_is_exit_code_1() {
 #[test]
 fn an_interrupted_search_is_exit_code_130_and_kept() {
     let folder = Folder::new();
-    let arguments = "solve demo:sphere --size 4900 --init file --relative-cost 0 --gradient 0 --step 0 \
-        --max-iterations 1000000 --algorithm dogleg -o out.g2o";
+    let arguments = "solve demo:sphere --size 19600 --init file --relative-cost 0 --gradient 0 --step 0 \
+        --max-iterations 1000000 -o out.g2o";
     let mut child = Command::new(env!("CARGO_BIN_EXE_boxplus"))
         .args(arguments.split_whitespace())
         .current_dir(folder.path(""))

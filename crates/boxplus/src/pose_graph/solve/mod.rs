@@ -234,6 +234,18 @@ impl PoseGraph {
     /// χ² = ‖U·r‖² of every measurement at the values that the graph holds, in the order of [`PoseGraph::constraints`]:
     /// without kernel, NaN where a measurement is left out or a vertex has no value.
     ///
+    /// ```
+    /// use boxplus::pose_graph::simulate::{Options, Simulator};
+    /// use boxplus::pose_graph::{SolveSettings, solve::solve};
+    /// let graph = Simulator::Manhattan.simulate(&Options { size: Some(50), ..Options::default() })?.graph;
+    /// let settings = SolveSettings::default();
+    /// let solved = solve(&graph, &settings)?;
+    /// let cost = 0.5 * solved.graph.chi2(&settings)?.iter().sum::<f64>();
+    /// assert!((cost - solved.costs.log).abs() < 1e-9 * cost);
+    /// assert_eq!(graph.initialised(&settings)?, solved.initial);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
     /// # Errors
     /// [`PoseGraphError`], where the graph is faulty.
     pub fn chi2(&self, settings: &SolveSettings) -> Result<Vec<f64>, PoseGraphError> {

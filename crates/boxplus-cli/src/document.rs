@@ -1,0 +1,253 @@
+//! What `solve` found out, as one document for machines and for the screen alike.
+
+use std::path::Path;
+
+use boxplus::graph::{Initial, Iteration, VariableName};
+use boxplus::pose_graph::solve::Misfit;
+use boxplus::pose_graph::{PoseGraph, Solved};
+use serde::Serialize;
+
+use crate::args::Method;
+use crate::info::{self, FaultReport};
+use crate::input::Loaded;
+
+/// Worst edges in the document.
+const DETAILED: usize = 20;
+
+/// The report of a solve. Numbers that are not finite become `null` in JSON.
+#[derive(Debug, Serialize)]
+pub struct SolveDocument {
+    /// `boxplus.solve`.
+    pub format: &'static str,
+    /// Counts up when a field changes its meaning or goes away.
+    pub version: u32,
+    pub input: String,
+    pub vertices: usize,
+    pub edges: usize,
+    /// Vertices and measurements by kind, in words.
+    pub kinds: Vec<Count>,
+    pub loop_closures: usize,
+    pub chart: &'static str,
+    pub robust: Option<String>,
+    pub algorithm: &'static str,
+    /// Cost of the input as it is, `null` where vertices have no value.
+    pub given_cost: Option<f64>,
+    /// Cost of the estimate that the optimiser starts from.
+    pub initial_cost: f64,
+    /// What was minimised: ½ Σ ρ(eᵀΩe) in `chart`.
+    pub cost: f64,
+    /// The costs of the result as others count them, without the robust kernel.
+    pub costs: Costs,
+    pub iterations: usize,
+    pub accepted: usize,
+    pub termination: &'static str,
+    pub reason: String,
+    pub converged: bool,
+    pub seconds: Seconds,
+    pub threads: usize,
+    pub gauge: Gauge,
+    pub initialisation: Initialisation,
+    pub trace: Vec<Trial>,
+    pub worst_edges: Vec<WorstEdge>,
+    pub faults: Vec<FaultReport>,
+    /// Lines whose information matrix was mended, or that were left out: see `--indefinite`.
+    pub mended: Vec<u32>,
+    /// What nothing constrains, in words.
+    pub unconstrained: Option<String>,
+    pub outputs: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+pub struct Count {
+    pub count: usize,
+    pub kind: String,
+}
+
+#[derive(Debug, Serialize)]
+pub struct Costs {
+    /// ½ Σ Ω‖Log(Z⁻¹Xᵢ⁻¹Xⱼ)‖², as GTSAM.
+    pub log: f64,
+    /// Σ eᵀΩe with the vector part of the quaternion.
+    pub g2o: f64,
+    /// SE-Sync's objective.
+    pub se_sync: f64,
+    /// ½ Σ of Ceres' pose-graph example.
+    pub ceres: f64,
+}
+
+#[derive(Debug, Serialize)]
+pub struct Seconds {
+    pub load: f64,
+    pub initialise: f64,
+    pub optimise: f64,
+    pub total: f64,
+    /// Parts of `optimise`.
+    pub phases: Phases,
+}
+
+#[derive(Debug, Serialize)]
+pub struct Phases {
+    pub analyse: f64,
+    pub linearise: f64,
+    pub factorise: f64,
+    pub solve: f64,
+    pub evaluate: f64,
+}
+
+/// What kept the graph from floating.
+#[derive(Debug, Serialize)]
+pub struct Gauge {
+    /// Fixed in the file or by `--fix`.
+    pub fixed: Vec<u64>,
+    /// Held because nothing else was, one for each connected part.
+    pub held: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+pub struct Initialisation {
+    pub chosen: &'static str,
+    pub candidates: Vec<Candidate>,
+}
+
+#[derive(Debug, Serialize)]
+pub struct Candidate {
+    pub name: &'static str,
+    pub cost: f64,
+}
+
+/// A trial step.
+#[derive(Debug, Serialize)]
+pub struct Trial {
+    pub cost: f64,
+    pub gradient: f64,
+    pub step: f64,
+    pub damping: f64,
+    pub accepted: bool,
+    pub seconds: f64,
+}
+
+#[derive(Debug, Serialize)]
+pub struct WorstEdge {
+    pub kind: String,
+    pub from: u64,
+    pub to: Option<u64>,
+    /// Line of the input, `null` where it has none.
+    pub line: Option<u32>,
+    pub chi2: f64,
+    /// √(χ² per degree of freedom).
+    pub sigmas: f64,
+}
+
+impl SolveDocument {
+    /// All there is to say. `total` counts seconds since the program began.
+    pub fn new(loaded: &Loaded, method: &Method, solved: &Solved, total: f64) -> Self {
+        let Solved { graph, report, costs, .. } = solved;
+        Self {
+            format: "boxplus.solve",
+            version: 1,
+            input: loaded.name.clone(),
+            vertices: graph.vertex_count(),
+            edges: graph.constraints().count(),
+            kinds: kinds(graph),
+            loop_closures: graph.statistics().loop_closures,
+            chart: method.chart.library().name(),
+            robust: method.robust.as_ref().map(|robust| robust.text.clone()),
+            algorithm: method.algorithm.name(),
+            given_cost: solved.given_cost,
+            initial_cost: solved.initial_cost,
+            cost: solved.cost,
+            costs: Costs { log: costs.log, g2o: costs.g2o, se_sync: costs.se_sync, ceres: costs.ceres },
+            iterations: report.iterations.len(),
+            accepted: report.accepted(),
+            termination: report.termination.name(),
+            reason: report.termination.to_string(),
+            converged: report.converged(),
+            seconds: Seconds::new(loaded, solved, total),
+            threads: report.threads,
+            gauge: Gauge::new(&method.fix, solved),
+            initialisation: Initialisation::new(solved),
+            trace: report.iterations.iter().map(|i| Trial::new(i, method.chart.library().factor())).collect(),
+            worst_edges: solved.worst(DETAILED).iter().map(WorstEdge::new).collect(),
+            faults: loaded.faults().iter().map(FaultReport::new).collect(),
+            mended: solved.mended.iter().map(|line| line.0).collect(),
+            unconstrained: solved.unconstrained.as_ref().map(ToString::to_string),
+            outputs: Vec::new(),
+        }
+    }
+
+    /// Notes that a file was written.
+    pub fn wrote(&mut self, path: &Path) {
+        self.outputs.push(path.display().to_string());
+    }
+}
+
+fn kinds(graph: &PoseGraph) -> Vec<Count> {
+    let vertices =
+        info::kinds(graph).into_iter().map(|(count, one, many)| (count, if count == 1 { one } else { many }));
+    vertices.map(|(count, kind)| Count { count, kind: kind.to_owned() }).collect()
+}
+
+impl Seconds {
+    fn new(loaded: &Loaded, solved: &Solved, total: f64) -> Self {
+        let phases = &solved.report.seconds;
+        Self {
+            load: loaded.seconds,
+            initialise: solved.seconds.build + solved.seconds.initialise,
+            optimise: solved.seconds.optimise,
+            total,
+            phases: Phases {
+                analyse: phases.analyse,
+                linearise: phases.linearise,
+                factorise: phases.factorise,
+                solve: phases.solve,
+                evaluate: phases.evaluate,
+            },
+        }
+    }
+}
+
+impl Gauge {
+    fn new(asked: &[u64], solved: &Solved) -> Self {
+        let mut fixed = [solved.graph.fixed.as_slice(), asked].concat();
+        fixed.sort_unstable();
+        fixed.dedup();
+        Self { fixed, held: solved.report.gauge.iter().map(spoken).collect() }
+    }
+}
+
+/// `pose 7`.
+fn spoken(variable: &VariableName) -> String {
+    let kind = if matches!(variable.kind, "SE2" | "SE3") { "pose" } else { "point" };
+    format!("{kind} {}", variable.label)
+}
+
+impl Initialisation {
+    fn new(solved: &Solved) -> Self {
+        let candidate = |&(initial, cost): &(Initial, f64)| Candidate { name: initial.name(), cost };
+        Self {
+            chosen: solved.initialisation.name(),
+            candidates: solved.candidates.iter().map(candidate).collect(),
+        }
+    }
+}
+
+impl Trial {
+    /// The solver counts in ½ Σ eᵀΩe, `factor` times that is what the chart's tool prints.
+    fn new(iteration: &Iteration, factor: f64) -> Self {
+        let &Iteration { cost, gradient, step, damping, accepted, seconds, .. } = iteration;
+        Self { cost: factor * cost, gradient, step, damping, accepted, seconds }
+    }
+}
+
+impl WorstEdge {
+    fn new(misfit: &Misfit) -> Self {
+        Self {
+            kind: misfit.kind.to_string(),
+            from: misfit.from,
+            to: misfit.to,
+            line: Some(misfit.line.0).filter(|&line| line > 0),
+            chi2: misfit.chi2,
+            sigmas: (misfit.chi2 / misfit.dof as f64).sqrt(),
+        }
+    }
+}
