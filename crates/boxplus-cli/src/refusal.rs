@@ -13,6 +13,12 @@ impl Loaded {
     pub fn refusal(&self, error: PoseGraphError) -> Error {
         match error {
             PoseGraphError::Faulty { faults } => self.faulty(&faults),
+            PoseGraphError::Measurement { line, ref error } => match self.line(line.0) {
+                Some(excerpt) => {
+                    Error::malformed(error.to_string(), self.look(), excerpt, "read here".to_owned())
+                }
+                None => Error::Unreadable { message: error.to_string(), help: Some(self.look()) },
+            },
             PoseGraphError::NoSuchVertex { .. } => Error::Usage {
                 message: error.to_string(),
                 help: Some(format!("`boxplus info {}` says which ids there are", self.name)),
@@ -70,7 +76,6 @@ fn is_open(error: &GraphError) -> bool {
         error,
         GraphError::Unconstrained(_)
             | GraphError::MissingValues { .. }
-            | GraphError::Unconnected { .. }
             | GraphError::Unread { .. }
             | GraphError::IllConditioned
     )

@@ -115,5 +115,12 @@ fn outcome(solved: &Solved, saved: bool, console: Console) -> Outcome {
         console.warn(&format!("{unconstrained}"));
         return Outcome::Undetermined;
     }
+    if solved.falls_apart() {
+        console.warn(&format!(
+            "nothing joins the {} parts of the graph: each is solved by itself, and has no place relative to the others",
+            solved.parts
+        ));
+        return Outcome::Undetermined;
+    }
     if solved.report.converged() { Outcome::Done } else { Outcome::NotConverged }
 }

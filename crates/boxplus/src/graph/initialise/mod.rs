@@ -12,9 +12,9 @@ use core::fmt;
 
 use nalgebra::SVector;
 
-use super::factor::FactorSet;
+use super::factor::{AnySet, FactorSet};
 use super::values::State;
-use super::{Factor, Graph, GraphError, Sighting2, Sighting3, Values, Variable, Variables, gauge};
+use super::{Factor, Graph, GraphError, Key, Sighting2, Sighting3, Values, Variable, Variables, gauge};
 use crate::lie::{Action, Rn, SE2, SE3};
 
 /// How the first estimate is made.
@@ -157,8 +157,10 @@ impl Graph {
         Ok(values)
     }
 
-    /// Places each free landmark where its first sighting says.
+    /// Places each free landmark where its first sighting says, and points without a value where their prior says.
     fn place_landmarks(&self, values: &mut Values) {
+        place_at_priors::<2>(&self.sets, values);
+        place_at_priors::<3>(&self.sets, values);
         for set in &self.sets {
             if let Some(set) = set.as_any().downcast_ref::<FactorSet<Sighting2, 2>>() {
                 place(values, set, |x: &SE2, sighting| x.act(&sighting.measured));
@@ -177,6 +179,16 @@ struct Tree {
     values: Values,
     known2: Vec<bool>,
     known3: Vec<bool>,
+}
+
+/// Sets the points that have a prior and no value.
+fn place_at_priors<const N: usize>(sets: &[Box<dyn AnySet>], values: &mut Values) {
+    for (slot, mean) in edges::priors::<Rn<N>, N>(sets) {
+        let key = Key::new(slot);
+        if values.get(key).is_none() {
+            let _ = values.set(key, mean); // the slot exists
+        }
+    }
 }
 
 /// Sets the point of each first sighting.

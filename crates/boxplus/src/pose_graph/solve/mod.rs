@@ -174,6 +174,11 @@ pub struct Solved {
 }
 
 impl Solved {
+    /// Whether some part of the graph has no place relative to the others: nothing joins them, and nothing ties it down.
+    pub fn falls_apart(&self) -> bool {
+        self.parts > 1 && !self.report.gauge.is_empty()
+    }
+
     /// The `count` measurements that fit worst, worst first.
     pub fn worst(&self, count: usize) -> Vec<Misfit> {
         let misfit = |(c, &chi2): (Constraint<'_>, &f64)| Misfit {

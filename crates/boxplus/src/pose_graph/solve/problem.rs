@@ -285,7 +285,7 @@ impl<'a> Builder<'a> {
         information: &SMatrix<f64, D, D>,
         line: Line,
     ) -> Option<()> {
-        let mut noise = self.noise(information, line)?;
+        let mut noise = self.noise(information, line).ok()?;
         if let (ChartKind::SeSync, Some(full)) = (self.settings.chart, noise) {
             noise = Some(Noise::from_information(&isotropic_information(&full.information())?).ok()?);
         }
@@ -300,34 +300,36 @@ impl<'a> Builder<'a> {
         information: &SMatrix<f64, R, R>,
         line: Line,
     ) -> Option<()> {
-        let noise = self.noise(information, line)?;
+        let noise = self.noise(information, line).ok()?;
         self.push(keys, factor, noise);
         Some(())
     }
 
-    /// The noise of a measurement, mended as the settings say: `Some(None)` where it is to be left out, `None` where it is
-    /// beyond mending.
+    /// The noise of a measurement, mended as the settings say; `None` where it is to be left out.
+    ///
+    /// # Errors
+    /// What is beyond mending; it is kept for the report.
     fn noise<const R: usize>(
         &mut self,
         information: &SMatrix<f64, R, R>,
         line: Line,
-    ) -> Option<Option<Noise<R>>> {
+    ) -> Result<Option<Noise<R>>, GraphError> {
         let error = match Noise::from_information(information) {
-            Ok(noise) => return Some(Some(noise)),
+            Ok(noise) => return Ok(Some(noise)),
             Err(error) => error,
         };
         self.mended.push(line);
         let mended = match self.settings.indefinite {
+            Indefinite::Skip => return Ok(None),
             Indefinite::Refuse => None,
             Indefinite::Clamp => {
                 clamped(information).and_then(|mended| Noise::from_information(&mended).ok())
             }
-            Indefinite::Skip => return Some(None),
         };
-        if mended.is_none() {
-            self.refused = Some((line, error));
-        }
-        mended.map(Some)
+        mended.map(Some).ok_or_else(|| {
+            self.refused = Some((line, error.clone()));
+            error
+        })
     }
 
     fn push<F: Factor<R>, const R: usize>(
