@@ -116,7 +116,7 @@ fn a_measurement_that_is_not_finite_is_named_before_it_spreads() {
     graph.add((b, c), Between::new(SE2::new(vector![f64::NAN, 0.0], 0.0)), Noise::unit());
     match graph.initialise(&values, Initial::SpanningTree) {
         Err(error @ GraphError::ResidualNotFinite { .. }) => {
-            assert!(error.to_string().contains("SE2 11, SE2 12"))
+            assert!(error.to_string().contains("SE2 11, SE2 12"));
         }
         other => panic!("{other:?}"),
     }

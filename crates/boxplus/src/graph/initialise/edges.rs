@@ -2,11 +2,9 @@
 
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3};
 
-use crate::graph::factor::{AnySet, FactorSet, Slots};
+use crate::graph::factor::{AnySet, FactorSet};
 use crate::graph::factors::isotropic_weights;
-use crate::graph::{
-    Between, Chart, Chordal, Difference, FactorId, G2o, GroupVariable, Log, Noise, Prior, Product,
-};
+use crate::graph::{Between, Chart, Chordal, Difference, FactorId, G2o, GroupVariable, Log, Prior, Product};
 use crate::lie::{SE2, SE3, SO2, SO3};
 
 /// A measured displacement between two poses of one kind.
@@ -85,19 +83,18 @@ where
 fn in_chart<P: GroupVariable<D>, C: Chart<P, D>, const D: usize>(
     sets: &[Box<dyn AnySet>],
 ) -> Vec<Edge<P, D>> {
-    let typed = |(number, set): (usize, &Box<dyn AnySet>)| {
-        let set = set.as_any().downcast_ref::<FactorSet<Between<P, C>, D>>()?;
-        let edges = set.factors.iter().zip(&set.slots).zip(&set.noises).enumerate();
-        let edge = |(index, ((factor, slots), noise)): (usize, ((&Between<P, C>, &Slots), &Noise<D>))| Edge {
-            from: slots[0],
-            to: slots[1],
-            measured: factor.measured,
-            information: noise.information(),
+    let mut edges = vec![];
+    for (number, set) in sets.iter().enumerate() {
+        let Some(set) = set.as_any().downcast_ref::<FactorSet<Between<P, C>, D>>() else { continue };
+        edges.extend((0..set.factors.len()).map(|index| Edge {
+            from: set.slots[index][0],
+            to: set.slots[index][1],
+            measured: set.factors[index].measured,
+            information: set.noises[index].information(),
             factor: FactorId { set: number as u32, index: index as u32 },
-        };
-        Some(edges.map(edge).collect::<Vec<_>>())
-    };
-    sets.iter().enumerate().filter_map(typed).flatten().collect()
+        }));
+    }
+    edges
 }
 
 /// The poses that have a prior, with its mean, the surest prior first.

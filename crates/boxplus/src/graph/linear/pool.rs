@@ -9,6 +9,10 @@ pub(crate) struct Pool {
     threads: Option<rayon::ThreadPool>,
 }
 
+#[cfg_attr(
+    not(feature = "parallel"),
+    expect(clippy::unused_self, reason = "the caller's thread needs no state")
+)]
 impl Pool {
     /// `threads` = 0 means one per core; more than `items` are never used.
     #[cfg(feature = "parallel")]
