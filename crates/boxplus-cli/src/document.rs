@@ -123,6 +123,7 @@ pub struct Trial {
     pub step: f64,
     pub damping: f64,
     pub accepted: bool,
+    /// Since the initialisation began.
     pub seconds: f64,
 }
 
@@ -166,7 +167,11 @@ impl SolveDocument {
             threads: report.threads,
             gauge: Gauge::new(&method.fix, solved),
             initialisation: Initialisation::new(solved),
-            trace: report.iterations.iter().map(|i| Trial::new(i, method.chart.library().factor())).collect(),
+            trace: report
+                .iterations
+                .iter()
+                .map(|i| Trial::new(i, solved, method.chart.library().factor()))
+                .collect(),
             worst_edges: solved.worst(DETAILED).iter().map(WorstEdge::new).collect(),
             faults: loaded.faults().iter().map(FaultReport::new).collect(),
             mended: solved.mended.iter().map(|line| line.0).collect(),
@@ -233,8 +238,9 @@ impl Initialisation {
 
 impl Trial {
     /// The solver counts in ½ Σ eᵀΩe, `factor` times that is what the chart's tool prints.
-    fn new(iteration: &Iteration, factor: f64) -> Self {
+    fn new(iteration: &Iteration, solved: &Solved, factor: f64) -> Self {
         let &Iteration { cost, gradient, step, damping, accepted, seconds, .. } = iteration;
+        let seconds = solved.seconds.initialise + seconds;
         Self { cost: factor * cost, gradient, step, damping, accepted, seconds }
     }
 }
