@@ -117,7 +117,7 @@ class Bench:
     def _boxplus(self, solver: Solver, method: Method, iterations: int | None) -> Run:
         """Call our command line. Its times are wall times; CPU is at most them, and at most the whole process's."""
         limit = [] if iterations is None else [f"--max-iterations={iterations}"]
-        options = ["-o", str(self._output), "--json", "--threads=1", *method.argument.split(), *limit]
+        options = ["-o", str(self._output), "--to=g2o", "--json", "--threads=1", *method.argument.split(), *limit]
         done, cpu = self._process([*solver.command, "solve", str(self.path), *options])
         if not done.stdout.lstrip().startswith("{") or not self._output.exists():
             return Run(_crash(done))
