@@ -1,7 +1,7 @@
 //! What holds of particular groups: their matrices, subgroups, behaviour at the cut, constructors, drift.
 #![allow(missing_docs, clippy::unwrap_used)]
 
-use boxplus::lie::{Action, LieError, LieGroup, Real, Rn, SE2, SE3, SO2, SO3};
+use boxplus::lie::{Action, LieError, LieGroup, Real, Rn, SE2, SE3, SE23, SO2, SO3};
 use nalgebra::{Matrix2, Matrix3, Matrix4, SMatrix, SVector, Vector1, Vector2, Vector3, Vector6};
 use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -58,6 +58,41 @@ proptest! {
     #[test]
     fn se3_is_its_matrix_group(a in small_vector::<6>(3.0), b in small_vector::<6>(3.0)) {
         is_its_matrix_group::<SE3, 6, 4>(SE3::to_matrix, a, b);
+    }
+    #[test]
+    fn se23_is_its_matrix_group(a in small_vector::<9>(2.5), b in small_vector::<9>(2.5)) {
+        is_its_matrix_group::<SE23, 9, 5>(SE23::to_matrix, a, b);
+        let x = SE23::exp(&a);
+        prop_assert!(SE23::from_matrix(&x.to_matrix()).unwrap().rminus(&x).norm() < 64.0 * EPS);
+    }
+    #[test]
+    fn se23_is_two_copies_of_se3_with_one_rotation_to_the_last_bit(
+        a in small_vector::<9>(2.5), b in small_vector::<9>(2.5),
+    ) {
+        // Its position is that of SE(3), its velocity that of SE(3) as well: the bounds of SE(3) hold for both.
+        let (x, y) = (SE23::exp(&a), SE23::exp(&b));
+        for first in [0, 6] {
+            let part = |t: &SVector<f64, 9>| Vector6::from_fn(|i, _| t[if i < 3 { first + i } else { i }]);
+            let rows = |m: SMatrix<f64, 9, 9>| {
+                let kept = [first, first + 1, first + 2, 3, 4, 5];
+                SMatrix::<f64, 6, 6>::from(m.select_rows(&kept).select_columns(&kept).fixed_view::<6, 6>(0, 0))
+            };
+            let moved = |x: &SE23| SE3::new(x.rotation(), if first == 0 { x.position() } else { x.velocity() });
+            let (x3, y3) = (SE3::exp(&part(&a)), SE3::exp(&part(&b)));
+            prop_assert_eq!(moved(&x), x3);
+            prop_assert_eq!(part(&x.log()), x3.log());
+            prop_assert_eq!(moved(&x.compose(&y)), x3.compose(&y3));
+            prop_assert_eq!(moved(&x.inverse()), x3.inverse());
+            prop_assert_eq!(part(&x.rminus(&y)), x3.rminus(&y3));
+            prop_assert_eq!(rows(x.adjoint()), x3.adjoint());
+            prop_assert_eq!(rows(SE23::right_jacobian(&a)), SE3::right_jacobian(&part(&a)));
+            prop_assert_eq!(rows(SE23::left_jacobian(&a)), SE3::left_jacobian(&part(&a)));
+            prop_assert_eq!(rows(SE23::right_jacobian_inverse(&a)), SE3::right_jacobian_inverse(&part(&a)));
+            prop_assert_eq!(rows(x.log_jacs().2), x3.log_jacs().2);
+        }
+        let p = b.fixed_rows::<3>(0).into_owned();
+        prop_assert_eq!(x.act(&p), x.pose().act(&p));
+        prop_assert_eq!(x.act_jac(&p).1.columns(6, 3).amax(), 0.0);
     }
 
     #[test]
@@ -281,6 +316,11 @@ fn ten_million_compositions_stay_on_so3() {
 #[test]
 fn ten_million_compositions_stay_on_se3() {
     drifts_at_most::<SE3, 6>(|x| quaternion_error(&x.rotation()), 4.0);
+}
+
+#[test]
+fn ten_million_compositions_stay_on_se23() {
+    drifts_at_most::<SE23, 9>(|x| quaternion_error(&x.rotation()), 4.0);
 }
 
 #[test]
