@@ -112,10 +112,10 @@ pub(super) fn columns<S: Real>(m: &SMatrix<S, 5, 5>) -> (Vector3<S>, Vector3<S>)
     (m.fixed_view::<3, 1>(0, 3).into_owned(), m.fixed_view::<3, 1>(0, 4).into_owned())
 }
 
-/// ρ, φ, ν: the first nine coordinates of a tangent.
+/// The first 3K coordinates of a tangent as vectors: ρ, φ, ….
 #[inline]
-pub(super) fn split<S: Real, const D: usize>(tau: &SVector<S, D>) -> [Vector3<S>; 3] {
-    [0, 3, 6].map(|i| Vector3::new(tau[i], tau[i + 1], tau[i + 2]))
+pub(super) fn split<S: Real, const D: usize, const K: usize>(tau: &SVector<S, D>) -> [Vector3<S>; K] {
+    core::array::from_fn(|k| Vector3::new(tau[3 * k], tau[3 * k + 1], tau[3 * k + 2]))
 }
 
 /// The 9×9 matrix \[a b 0; 0 a 0; 0 c a\].
