@@ -1,7 +1,7 @@
 //! What holds of particular groups: their matrices, subgroups, behaviour at the cut, constructors, drift.
 #![allow(missing_docs, clippy::unwrap_used)]
 
-use boxplus::lie::{Action, LieError, LieGroup, Real, Rn, SE2, SE3, SO2, SO3};
+use boxplus::lie::{Action, LieError, LieGroup, Real, Rn, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
 use nalgebra::{Matrix2, Matrix3, Matrix4, SMatrix, SVector, Vector1, Vector2, Vector3, Vector6};
 use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -58,6 +58,133 @@ proptest! {
     #[test]
     fn se3_is_its_matrix_group(a in small_vector::<6>(3.0), b in small_vector::<6>(3.0)) {
         is_its_matrix_group::<SE3, 6, 4>(SE3::to_matrix, a, b);
+    }
+    #[test]
+    fn se23_is_its_matrix_group(a in small_vector::<9>(2.5), b in small_vector::<9>(2.5)) {
+        is_its_matrix_group::<SE23, 9, 5>(SE23::to_matrix, a, b);
+        let x = SE23::exp(&a);
+        prop_assert!(SE23::from_matrix(&x.to_matrix()).unwrap().rminus(&x).norm() < 64.0 * EPS);
+    }
+    #[test]
+    fn se23_is_two_copies_of_se3_with_one_rotation_to_the_last_bit(
+        a in small_vector::<9>(2.5), b in small_vector::<9>(2.5),
+    ) {
+        // Its position is that of SE(3), its velocity that of SE(3) as well: the bounds of SE(3) hold for both.
+        let (x, y) = (SE23::exp(&a), SE23::exp(&b));
+        for first in [0, 6] {
+            let part = |t: &SVector<f64, 9>| Vector6::from_fn(|i, _| t[if i < 3 { first + i } else { i }]);
+            let rows = |m: SMatrix<f64, 9, 9>| {
+                let kept = [first, first + 1, first + 2, 3, 4, 5];
+                SMatrix::<f64, 6, 6>::from(m.select_rows(&kept).select_columns(&kept).fixed_view::<6, 6>(0, 0))
+            };
+            let moved = |x: &SE23| SE3::new(x.rotation(), if first == 0 { x.position() } else { x.velocity() });
+            let (x3, y3) = (SE3::exp(&part(&a)), SE3::exp(&part(&b)));
+            prop_assert_eq!(moved(&x), x3);
+            prop_assert_eq!(part(&x.log()), x3.log());
+            prop_assert_eq!(moved(&x.compose(&y)), x3.compose(&y3));
+            prop_assert_eq!(moved(&x.inverse()), x3.inverse());
+            prop_assert_eq!(part(&x.rminus(&y)), x3.rminus(&y3));
+            prop_assert_eq!(rows(x.adjoint()), x3.adjoint());
+            prop_assert_eq!(rows(SE23::right_jacobian(&a)), SE3::right_jacobian(&part(&a)));
+            prop_assert_eq!(rows(SE23::left_jacobian(&a)), SE3::left_jacobian(&part(&a)));
+            prop_assert_eq!(rows(SE23::right_jacobian_inverse(&a)), SE3::right_jacobian_inverse(&part(&a)));
+            prop_assert_eq!(rows(x.log_jacs().2), x3.log_jacs().2);
+        }
+        let p = b.fixed_rows::<3>(0).into_owned();
+        prop_assert_eq!(x.act(&p), x.pose().act(&p));
+        prop_assert_eq!(x.act_jac(&p).1.columns(6, 3).amax(), 0.0);
+    }
+    #[test]
+    fn sgal3_is_its_matrix_group(a in small_vector::<10>(2.0), b in small_vector::<10>(2.0)) {
+        is_its_matrix_group::<SGal3, 10, 5>(SGal3::to_matrix, a, b);
+        let x = SGal3::exp(&a);
+        prop_assert!(SGal3::from_matrix(&x.to_matrix()).unwrap().rminus(&x).norm() < 64.0 * EPS);
+    }
+    #[test]
+    fn se23_is_the_subgroup_of_sgal3_at_time_zero_to_the_last_bit(
+        a in small_vector::<9>(2.5), b in small_vector::<9>(2.5),
+    ) {
+        let at = |x: SE23| SGal3::from_extended(x, 0.0);
+        let lift = |t: &SVector<f64, 9>| t.push(0.0);
+        let rows = |m: SMatrix<f64, 10, 10>| m.fixed_view::<9, 9>(0, 0).into_owned();
+        let (x, y) = (SE23::exp(&a), SE23::exp(&b));
+        prop_assert_eq!(SGal3::exp(&lift(&a)), at(x));
+        prop_assert_eq!(at(x).log(), lift(&x.log()));
+        prop_assert_eq!(at(x).compose(&at(y)), at(x.compose(&y)));
+        prop_assert_eq!(at(x).inverse(), at(x.inverse()));
+        prop_assert_eq!(at(x).between(&at(y)), at(x.between(&y)));
+        prop_assert_eq!(rows(at(x).adjoint()), x.adjoint());
+        prop_assert_eq!(rows(SGal3::right_jacobian(&lift(&a))), SE23::right_jacobian(&a));
+        prop_assert_eq!(rows(SGal3::right_jacobian_inverse(&lift(&a))), SE23::right_jacobian_inverse(&a));
+        prop_assert_eq!(rows(at(x).log_jacs().2), x.log_jacs().2);
+    }
+    #[test]
+    fn constant_rate_and_force_are_an_exponential_of_sgal3(
+        omega in small_vector::<3>(1.0), force in small_vector::<3>(9.0),
+    ) {
+        // 2¹² steps of Δ/2¹² are the one step: increments of an inertial sensor add up exactly, up to rounding.
+        let (n, total) = (4096, 2.0);
+        let increment = |time: f64| {
+            let (phi, nu) = (omega * time, force * time);
+            SGal3::exp(&SVector::from([0.0, 0.0, 0.0, phi.x, phi.y, phi.z, nu.x, nu.y, nu.z, time]))
+        };
+        let step = increment(total / f64::from(n));
+        let sum = (0..n).fold(SGal3::identity(), |x, _| x.compose(&step));
+        prop_assert!(sum.rminus(&increment(total)).norm() < 64.0 * f64::from(n) * EPS);
+        // And they are p = ∫∫R·a, which without rotation is ½aΔ².
+        let straight = SGal3::exp(&SVector::from([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, force.x, force.y, force.z, 1.0]));
+        prop_assert_eq!(straight.position(), force * 0.5);
+    }
+
+    #[test]
+    fn sim3_is_its_matrix_group(a in small_vector::<7>(1.7), b in small_vector::<7>(1.7)) {
+        is_its_matrix_group::<Sim3, 7, 4>(Sim3::to_matrix, a, b);
+        let x = Sim3::exp(&a);
+        prop_assert!(Sim3::from_matrix(&x.to_matrix()).unwrap().rminus(&x).norm() < 64.0 * EPS);
+    }
+    #[test]
+    fn sim2_is_its_matrix_group(a in small_vector::<4>(1.7), b in small_vector::<4>(1.7)) {
+        is_its_matrix_group::<Sim2, 4, 3>(Sim2::to_matrix, a, b);
+        let x = Sim2::exp(&a);
+        prop_assert!(Sim2::from_matrix(&x.to_matrix()).unwrap().rminus(&x).norm() < 64.0 * EPS);
+    }
+    #[test]
+    fn se3_is_the_subgroup_of_sim3_at_scale_one(a in small_vector::<6>(1.7), b in small_vector::<6>(1.7)) {
+        let lift = |t: &Vector6<f64>| t.push(0.0);
+        let rows = |m: SMatrix<f64, 7, 7>| m.fixed_view::<6, 6>(0, 0).into_owned();
+        let (x, y, xs, ys) = (SE3::exp(&a), SE3::exp(&b), Sim3::exp(&lift(&a)), Sim3::exp(&lift(&b)));
+        prop_assert_eq!(xs.log_scale(), 0.0);
+        prop_assert!((Sim3::from_pose(&x).log() - lift(&x.log())).norm() < 16.0 * EPS);
+        prop_assert_eq!(Sim3::from_pose(&x).compose(&Sim3::from_pose(&y)), Sim3::from_pose(&x.compose(&y)));
+        prop_assert!((xs.compose(&ys).log() - lift(&x.compose(&y).log())).norm() < 128.0 * EPS);
+        prop_assert!((rows(xs.adjoint()) - x.adjoint()).amax() < 16.0 * EPS);
+        prop_assert!((rows(Sim3::right_jacobian(&lift(&a))) - SE3::right_jacobian(&a)).amax() < 16.0 * EPS);
+        let inverse = Sim3::right_jacobian_inverse(&lift(&a));
+        prop_assert!((rows(inverse) - SE3::right_jacobian_inverse(&a)).amax() < 32.0 * EPS);
+    }
+    #[test]
+    fn se2_is_the_subgroup_of_sim2_at_scale_one(a in small_vector::<3>(1.7), b in small_vector::<3>(1.7)) {
+        let lift = |t: &Vector3<f64>| t.push(0.0);
+        let rows = |m: Matrix4<f64>| m.fixed_view::<3, 3>(0, 0).into_owned();
+        let (x, y, xs, ys) = (SE2::exp(&a), SE2::exp(&b), Sim2::exp(&lift(&a)), Sim2::exp(&lift(&b)));
+        prop_assert_eq!(xs.log_scale(), 0.0);
+        prop_assert!((xs.compose(&ys).log() - lift(&x.compose(&y).log())).norm() < 64.0 * EPS);
+        prop_assert!((rows(xs.adjoint()) - x.adjoint()).amax() < 8.0 * EPS);
+        prop_assert!((rows(Sim2::right_jacobian(&lift(&a))) - SE2::right_jacobian(&a)).amax() < 8.0 * EPS);
+        let inverse = Sim2::right_jacobian_inverse(&lift(&a));
+        prop_assert!((rows(inverse) - SE2::right_jacobian_inverse(&a)).amax() < 8.0 * EPS);
+    }
+    #[test]
+    fn sim2_is_the_subgroup_of_sim3_in_the_plane(a in small_vector::<4>(1.7), b in small_vector::<4>(1.7)) {
+        let lift = |t: &SVector<f64, 4>| SVector::from([t.x, t.y, 0.0, 0.0, 0.0, t.z, t.w]);
+        let drop = |t: &SVector<f64, 7>| SVector::from([t[0], t[1], t[5], t[6]]);
+        let rows = |m: SMatrix<f64, 7, 7>| m.select_rows(&[0, 1, 5, 6]).select_columns(&[0, 1, 5, 6]);
+        let (x, y, x3, y3) = (Sim2::exp(&a), Sim2::exp(&b), Sim3::exp(&lift(&a)), Sim3::exp(&lift(&b)));
+        prop_assert!((drop(&x3.compose(&y3).log()) - x.compose(&y).log()).amax() < 128.0 * EPS);
+        prop_assert!((rows(x3.adjoint()) - x.adjoint()).amax() < 32.0 * EPS);
+        prop_assert!((rows(Sim3::right_jacobian(&lift(&a))) - Sim2::right_jacobian(&a)).amax() < 32.0 * EPS);
+        let inverse = Sim3::right_jacobian_inverse(&lift(&a));
+        prop_assert!((rows(inverse) - Sim2::right_jacobian_inverse(&a)).amax() < 64.0 * EPS);
     }
 
     #[test]
@@ -284,6 +411,63 @@ fn ten_million_compositions_stay_on_se3() {
 }
 
 #[test]
+fn ten_million_compositions_stay_on_se23() {
+    drifts_at_most::<SE23, 9>(|x| quaternion_error(&x.rotation()), 4.0);
+}
+
+#[test]
+fn ten_million_compositions_stay_on_sgal3() {
+    drifts_at_most::<SGal3, 10>(|x| quaternion_error(&x.rotation()), 4.0);
+}
+
+#[test]
+fn ten_million_compositions_stay_on_sim3_and_keep_the_scale() {
+    // The eight steps multiply to the scale 1 up to rounding, which accumulates in σ as in any sum; the rotation stays.
+    drifts_at_most::<Sim3, 7>(|x| quaternion_error(&x.rotation()), 4.0);
+    let step = |sigma| Sim3::new(SO3::exp(&Vector3::new(0.1, 0.2, 0.3)), Vector3::zeros(), sigma);
+    let (up, down) = (step(0.7), step(-0.7));
+    let end = (0..5_000_000).fold(Sim3::identity(), |x, _| x.compose(&up).compose(&down));
+    assert_eq!(end.scale(), 1.0);
+    let turned = |r: SO2| (r.cos().powi(2) + r.sin().powi(2) - 1.0).abs() / EPS;
+    drifts_at_most::<Sim2, 4>(|x| turned(x.rotation()), 4.0);
+}
+
+#[test]
+fn tiny_and_huge_scales_keep_their_digits() {
+    let at = |sigma: f64| Sim3::new(SO3::identity(), Vector3::zeros(), sigma);
+    assert_eq!(at(1e-14).compose(&at(1e-14)).log()[6], 2e-14);
+    let far = at(300.0).compose(&at(300.0));
+    assert_eq!(far.compose(&at(-600.0)), Sim3::identity());
+}
+
+#[test]
+fn what_is_no_similarity_is_refused_with_the_reason() {
+    let (turn, t) = (SO3::exp(&Vector3::new(0.1, -0.2, 0.3)), Vector3::new(1.0, 2.0, 3.0));
+    for scale in [0.0, -2.0, f64::INFINITY] {
+        assert_eq!(Sim3::from_scale(turn, t, scale), Err(LieError::NotAScale { scale }));
+        assert_eq!(Sim2::from_scale(SO2::from_angle(0.1), t.xy(), scale), Err(LieError::NotAScale { scale }));
+    }
+    assert!(matches!(Sim3::from_scale(turn, t, f64::NAN), Err(LieError::NotAScale { .. })));
+    assert_eq!(Sim3::<f64>::from_matrix(&Matrix4::zeros()), Err(LieError::NotAScale { scale: 0.0 }));
+    let x = Sim3::from_scale(turn, t, 1e-200).unwrap();
+    assert!(Sim3::from_matrix(&x.to_matrix()).unwrap().between(&x).rotation().log().norm() < 16.0 * EPS);
+    let mirrored = x.to_matrix() * Matrix4::from_diagonal(&nalgebra::Vector4::new(-1.0, 1.0, 1.0, 1.0));
+    assert_eq!(Sim3::from_matrix(&mirrored), Err(LieError::Reflection));
+    let sheared = x.to_matrix() * Matrix4::from_diagonal(&nalgebra::Vector4::new(2.0, 1.0, 1.0, 1.0));
+    assert!(matches!(Sim3::from_matrix(&sheared), Err(LieError::NotARotation { .. })));
+    assert_eq!(
+        SE23::<f64>::from_matrix(&SMatrix::<f64, 5, 5>::repeat(1.0).map(|_| f64::NAN)),
+        Err(LieError::NotFinite)
+    );
+    let mut skewed = SE23::new(turn, t, t).to_matrix();
+    skewed[(4, 3)] = 0.1;
+    assert_eq!(SE23::from_matrix(&skewed), Err(LieError::NotHomogeneous));
+    assert_eq!(SGal3::from_matrix(&skewed), Err(LieError::NotHomogeneous));
+    skewed[(3, 4)] = f64::NAN;
+    assert_eq!(SGal3::from_matrix(&skewed), Err(LieError::NotFinite));
+}
+
+#[test]
 fn normalisation_is_idempotent_and_repairs_a_cast() {
     let x = SE3::exp(&Vector6::new(1.0, 2.0, 3.0, 0.4, -0.5, 0.6));
     let single = x.map(|c| c as f32).map(f64::from);
@@ -332,4 +516,12 @@ fn operators_are_the_named_operations() {
     let quarter = SO2::from_angle(FRAC_PI_2);
     assert_eq!((quarter * quarter).log(), quarter.compose(&quarter).log());
     let _: Matrix4<f64> = SE3::exp(&a).to_matrix();
+    let (turn, p) = (SO3::exp(&a.fixed_rows::<3>(3).into_owned()), Vector3::new(0.3, -0.7, 1.9));
+    let (x, y) = (SE23::new(turn, p, p * 2.0), Sim3::new(turn, p, 0.3));
+    assert_eq!((x * x, x * p), (x.compose(&x), x.act(&p)));
+    assert_eq!((y * y, y * p), (y.compose(&y), y.act(&p)));
+    let (x, e) = (SGal3::from_extended(x, 0.5), p.push(0.25));
+    assert_eq!((x * x, x * e), (x.compose(&x), x.act(&e)));
+    let (x, p) = (Sim2::new(quarter, p.xy(), 0.3), p.xy());
+    assert_eq!((x * x, x * p), (x.compose(&x), x.act(&p)));
 }

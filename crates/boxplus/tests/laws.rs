@@ -1,7 +1,7 @@
 //! Every group passes the public law suite in `f64` and `f32`: one line each.
 #![allow(missing_docs, clippy::unwrap_used)]
 
-use boxplus::lie::{LieGroup, Rn, SE2, SE3, SO2, SO3, laws};
+use boxplus::lie::{LieGroup, Rn, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3, laws};
 
 macro_rules! laws {
     ($($name:ident: $group:ty, $d:literal, $n:literal;)*) => { $(
@@ -32,6 +32,10 @@ laws! {
     se2: SE2, 3, 2;
     so3: SO3, 3, 3;
     se3: SE3, 6, 3;
+    se23: SE23, 9, 3;
+    sgal3: SGal3, 10, 4;
+    sim3: Sim3, 7, 3;
+    sim2: Sim2, 4, 2;
 }
 
 /// Dual numbers through every operation: their derivatives are the closed-form Jacobians, without NaN at the identity,
@@ -70,23 +74,26 @@ mod dual_numbers {
         assert!(error <= bound, "{name} at |τ| = {theta}: differs by {error:.1e}\n{dual}{closed}");
     }
 
+    /// Where the rotation stands in a tangent: first coordinate and number of coordinates.
+    type Angles = (usize, usize);
+
     /// Directions: generic, and so that the rotation angle of the tangent is exactly |τ|.
-    fn tangents<const D: usize>(angles: usize) -> impl Iterator<Item = SVector<f64, D>> {
+    fn tangents<const D: usize>((at, n): Angles) -> impl Iterator<Item = SVector<f64, D>> {
         let lengths = [0.0, 1e-300, 1e-12, 1e-8, 1e-4, 2e-3, 0.1, 0.5, 1.0, 2.0, 3.0, PI - 1e-7, PI];
         lengths.into_iter().flat_map(move |length| {
             (0..3).map(move |k| {
                 let mut t = SVector::<f64, D>::from_fn(|i, _| ((i * 3 + k * 7 + 1) as f64).sin());
-                let angle = t.rows(D - angles, angles).norm();
+                let angle = t.rows(at, n).norm();
                 let scale = if angle > 0.0 { length / angle } else { 1.0 };
-                t.rows_mut(D - angles, angles).scale_mut(scale);
+                t.rows_mut(at, n).scale_mut(scale);
                 t
             })
         })
     }
 
-    fn group<G: LieGroup<D, Scalar = f64>, const D: usize>(angles: usize) {
+    fn group<G: LieGroup<D, Scalar = f64>, const D: usize>(angles: Angles) {
         for tau in tangents::<D>(angles) {
-            let theta = tau.rows(D - angles, angles).norm();
+            let theta = tau.rows(angles.0, angles.1).norm();
             let (x, u) = (G::exp(&tau), unknown::<D>());
             let y = x.rplus(&SVector::from_fn(|i, _| 0.3 * ((i * 5 + 2) as f64).cos()));
             let (xc, yc) = (x.map(Dual::<D>::from_re), y.map(Dual::<D>::from_re));
@@ -128,11 +135,15 @@ mod dual_numbers {
 
     #[test]
     fn derive_every_operation_of_every_group() {
-        group::<Rn<3>, 3>(3);
-        group::<SO2, 1>(1);
-        group::<SE2, 3>(1);
-        group::<SO3, 3>(3);
-        group::<SE3, 6>(3);
+        group::<Rn<3>, 3>((0, 3));
+        group::<SO2, 1>((0, 1));
+        group::<SE2, 3>((2, 1));
+        group::<SO3, 3>((0, 3));
+        group::<SE3, 6>((3, 3));
+        group::<SE23, 9>((3, 3));
+        group::<SGal3, 10>((3, 3));
+        group::<Sim3, 7>((3, 3));
+        group::<Sim2, 4>((2, 1));
     }
 
     #[test]

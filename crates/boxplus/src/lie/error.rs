@@ -27,6 +27,12 @@ pub enum LieError {
         /// (σ₂ ± σ₃)/σ₁ of the singular values, σ₃ signed by the determinant; in 2-D, what remains of a rotation.
         gap: f64,
     },
+    /// A scale that is not a positive number.
+    #[error("a scale must be positive, not {scale}; its logarithm is the coordinate")]
+    NotAScale {
+        /// What was given.
+        scale: f64,
+    },
     /// The last row of a homogeneous matrix is not (0, …, 0, 1).
     #[error("the last row of the matrix must be (0, …, 0, 1); was it transposed?")]
     NotHomogeneous,

@@ -10,7 +10,7 @@
 //!
 //! - **Side.** Perturbations are local (right), in the frame of the body. Global (left) ones are spelled out: `lplus`, `lminus`,
 //!   `left_jacobian`, [`LeftJacobians`]. Both are linked by Ad: X·Exp(τ) = Exp(Ad_X τ)·X.
-//! - **Order.** Tangents are (ρ, θ): metres, then radians.
+//! - **Order.** Tangents are (ρ, θ, …): metres, then radians, then whatever else the group moves.
 //! - **Frames.** An element maps local to parent coordinates, `p_world = world_from_body * p_body`.
 //! - **Accuracy.** Every map and Jacobian is within a few ε for every θ, in `f32` and `f64`: `docs/accuracy.md` states the
 //!   bounds, `tests/reference` holds them.
@@ -38,7 +38,12 @@ mod manifold;
 mod real;
 mod rn;
 mod se2;
+mod se23;
 mod se3;
+mod sgal3;
+mod sim2;
+mod sim3;
+mod similarity;
 mod so2;
 mod so3;
 mod stumpff;
@@ -51,6 +56,10 @@ pub use real::Real;
 pub use rn::Rn;
 pub use se2::SE2;
 pub use se3::SE3;
+pub use se23::SE23;
+pub use sgal3::SGal3;
+pub use sim2::Sim2;
+pub use sim3::Sim3;
 pub use so2::SO2;
 pub use so3::SO3;
 pub use stumpff::Stumpff;

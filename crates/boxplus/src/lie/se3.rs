@@ -120,12 +120,25 @@ fn coupling<S: Real>(s: &Vector3<S>, a: S, b: S, rho: &Vector3<S>, phi: &Vector3
     )
 }
 
+/// The block Q of J_r, the transpose of that of J_l, given c_k(|φ|²).
+#[inline]
+pub(super) fn right_coupling<S: Real>(rho: &Vector3<S>, phi: &Vector3<S>, c: &Stumpff<S>) -> Matrix3<S> {
+    let dot = phi.dot(rho);
+    let s = -(rho * c.c2 + phi * (dot * c.beta1()));
+    coupling(&s, c.c3, dot * c.beta2(), rho, phi)
+}
+
+/// The block Q̃ of J_r⁻¹, the transpose of that of J_l⁻¹, given d and e at |φ|².
+#[inline]
+pub(super) fn right_coupling_inverse<S: Real>(rho: &Vector3<S>, phi: &Vector3<S>, d: S, e: S) -> Matrix3<S> {
+    coupling(&(rho * S::lit(0.5)), d, phi.dot(rho) * e, rho, phi)
+}
+
 /// (J_r⁻¹, J_l⁻¹) of (ρ, φ), given d and e at |φ|².
 #[inline]
 fn inverses<S: Real>(rho: &Vector3<S>, phi: &Vector3<S>, d: S, e: S) -> (Matrix6<S>, Matrix6<S>) {
-    let half = S::lit(0.5);
-    let j = polynomial(phi, half, d);
-    let q = coupling(&(rho * half), d, phi.dot(rho) * e, rho, phi);
+    let j = polynomial(phi, S::lit(0.5), d);
+    let q = right_coupling_inverse(rho, phi, d, e);
     (block(&j, &q), block(&j.transpose(), &q.transpose()))
 }
 
@@ -164,11 +177,7 @@ impl<S: Real> LieGroup<6> for SE3<S> {
     fn exp(tau: &Vector6<S>) -> Self {
         let (rho, phi) = split(tau);
         let (rotation, half) = SO3::exp_half(&phi);
-        // From θ/2 to θ without cancellation: c₂(4y) = ½c₁(y)², c₃(4y) = ¼(c₃(y) + c₁(y)c₂(y)).
-        let c2 = half.c1 * half.c1 * S::lit(0.5);
-        let c3 = (half.c3 + half.c1 * half.c2) * S::lit(0.25);
-        let turned = phi.cross(&rho);
-        Self::new(rotation, rho + turned * c2 + phi.cross(&turned) * c3)
+        Self::new(rotation, turn(&phi, &half, &rho))
     }
     #[inline]
     fn log(&self) -> Vector6<S> {
@@ -190,9 +199,7 @@ impl<S: Real> LieGroup<6> for SE3<S> {
     fn right_jacobian(tau: &Vector6<S>) -> Matrix6<S> {
         let (rho, phi) = split(tau);
         let c = Stumpff::new(phi.norm_squared());
-        let dot = phi.dot(&rho);
-        let s = -(rho * c.c2 + phi * (dot * c.beta1()));
-        block(&polynomial(&phi, -c.c2, c.c3), &coupling(&s, c.c3, dot * c.beta2(), &rho, &phi))
+        block(&polynomial(&phi, -c.c2, c.c3), &right_coupling(&rho, &phi, &c))
     }
     #[inline]
     fn right_jacobian_inverse(tau: &Vector6<S>) -> Matrix6<S> {
@@ -224,9 +231,19 @@ impl<S: Real> LieGroup<6> for SE3<S> {
     }
 }
 
+/// J_l(φ)·ρ = ρ + c₂φ×ρ + c₃φ×(φ×ρ), given the Stumpff functions at |φ|²/4.
+#[inline]
+pub(super) fn turn<S: Real>(phi: &Vector3<S>, half: &Stumpff<S>, rho: &Vector3<S>) -> Vector3<S> {
+    // From θ/2 to θ without cancellation: c₂(4y) = ½c₁(y)², c₃(4y) = ¼(c₃(y) + c₁(y)c₂(y)).
+    let c2 = half.c1 * half.c1 * S::lit(0.5);
+    let c3 = (half.c3 + half.c1 * half.c2) * S::lit(0.25);
+    let turned = phi.cross(rho);
+    rho + turned * c2 + phi.cross(&turned) * c3
+}
+
 /// J_l(φ)⁻¹·t = t − ½φ×t + d·φ×(φ×t).
 #[inline]
-fn unturn<S: Real>(phi: &Vector3<S>, d: S, t: &Vector3<S>) -> Vector3<S> {
+pub(super) fn unturn<S: Real>(phi: &Vector3<S>, d: S, t: &Vector3<S>) -> Vector3<S> {
     let turned = phi.cross(t);
     t - turned * S::lit(0.5) + phi.cross(&turned) * d
 }

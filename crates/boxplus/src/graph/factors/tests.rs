@@ -1,10 +1,10 @@
 //! Every closed form is held against dual numbers, at generic points, near the identity, and near π.
 
-use nalgebra::{SMatrix, Unit, Vector2, Vector3, Vector6, vector};
+use nalgebra::{SMatrix, SVector, Unit, Vector2, Vector3, Vector6, vector};
 
 use super::*;
-use crate::graph::{Factor, JacobianBlock, Variables, dual_jacobians};
-use crate::lie::{LieGroup, Rn, SE2, SE3, SO2, SO3};
+use crate::graph::{Factor, GroupVariable, JacobianBlock, Variables, dual_jacobians};
+use crate::lie::{LieGroup, Rn, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
 
 /// Largest difference of the closed Jacobians from the dual ones, relative to their size.
 fn check<const R: usize, F: Factor<R>>(name: &str, factor: &F, variables: &F::Variables)
@@ -63,11 +63,32 @@ fn displacements_and_priors_have_exact_jacobians_in_every_chart() {
         check("prior", &Prior { mean: SE2::exp(&vector![0.3, 0.2, 0.1]) }, &(*x1,));
         check("so2", &Between::new(SO2::from_angle(0.2)), &(x1.rotation(), SO2::from_angle(0.5)));
     }
+    group::<SE23, 9>("se23");
+    group::<SGal3, 10>("sgal3");
+    group::<Sim3, 7>("sim3");
+    group::<Sim2, 4>("sim2");
     check(
         "rn",
         &Between::new(Rn::new(vector![1.0, 2.0])),
         &(Rn::new(vector![0.0, 1.0]), Rn::new(vector![3.0, 1.0])),
     );
+}
+
+/// Displacements and priors of a group, at tangents up to length 3.
+fn group<G: GroupVariable<D>, const D: usize>(name: &str)
+where
+    (G,): Variables,
+    (G, G): Variables,
+{
+    let tangent = |k: usize, length: f64| {
+        SVector::<f64, D>::from_fn(|i, _| ((3 * i + 7 * k + 1) as f64).sin()).normalize() * length
+    };
+    for (k, length) in [0.0, 1e-9, 1e-3, 0.7, 2.0, 3.0].into_iter().enumerate() {
+        let (x1, x2) = (G::exp(&tangent(k, length)), G::exp(&tangent(k + 6, 1.1)));
+        let z = x1.between(&x2).rplus(&tangent(k + 12, 0.6));
+        check(name, &Between::new(z), &(x1, x2));
+        check(name, &Prior { mean: x2.rplus(&tangent(k, 0.6)) }, &(x2,));
+    }
 }
 
 #[test]
