@@ -1,6 +1,6 @@
 //! The gauge: relative measurements leave a whole connected part free to move; one of its variables is then held.
 
-use super::factor::{AnySet, Places};
+use super::set::{AnySet, Places};
 use super::values::{Offsets, Values, VariableId};
 use crate::partition::Partition;
 

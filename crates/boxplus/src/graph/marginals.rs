@@ -4,12 +4,12 @@ use nalgebra::DMatrix;
 
 use super::GraphError;
 use super::diagnose::{scale, weakest};
-use super::factor::AnySet;
 use super::gauge;
 use super::linear::cholesky::Cholesky;
 use super::linear::evaluate::Evaluator;
 use super::linear::structure::Structure;
 use super::names::VariableName;
+use super::set::AnySet;
 use super::values::{Key, Values, VariableId};
 use super::variable::GroupVariable;
 

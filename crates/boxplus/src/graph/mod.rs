@@ -37,6 +37,7 @@ mod marginals;
 mod names;
 mod noise;
 mod robust;
+mod set;
 mod solve;
 mod values;
 mod variable;
@@ -65,8 +66,8 @@ pub use variable::{GroupVariable, JacobianBlock, Located, TangentResidual, Varia
 use core::ops::ControlFlow;
 use std::collections::HashMap;
 
-use factor::{AnySet, FactorSet};
 use linear::evaluate::Evaluator;
+use set::{AnySet, FactorSet};
 use values::State;
 
 /// The factors: what was measured, with which noise.

@@ -11,10 +11,10 @@
 use nalgebra::{SMatrix, SVector};
 
 use super::edges::{Edge, Pose};
-use crate::graph::factor::AnySet;
 use crate::graph::linear::cholesky::Cholesky;
 use crate::graph::linear::evaluate::Evaluator;
 use crate::graph::linear::structure::Structure;
+use crate::graph::set::AnySet;
 use crate::graph::{Between, Factor, Graph, GraphError, Key, Noise, Values, Variable};
 use crate::lie::{Real, Rn};
 

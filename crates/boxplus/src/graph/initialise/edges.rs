@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3};
 
-use crate::graph::factor::{AnySet, FactorSet};
 use crate::graph::factors::isotropic_weights;
+use crate::graph::set::{AnySet, FactorSet};
 use crate::graph::{Between, Chart, Chordal, Difference, FactorId, G2o, GroupVariable, Log, Prior, Product};
 use crate::lie::{SE2, SE3, SO2, SO3};
 

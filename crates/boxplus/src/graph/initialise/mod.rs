@@ -12,7 +12,7 @@ use core::fmt;
 
 use nalgebra::SVector;
 
-use super::factor::{AnySet, FactorSet};
+use super::set::{AnySet, FactorSet};
 use super::values::State;
 use super::{Factor, Graph, GraphError, Key, Sighting2, Sighting3, Values, Variable, Variables, gauge};
 use crate::lie::{Action, Rn, SE2, SE3};

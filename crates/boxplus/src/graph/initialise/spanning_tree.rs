@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use super::edges::{Edge, Pose, priors};
-use crate::graph::factor::AnySet;
+use crate::graph::set::AnySet;
 use crate::graph::{FactorId, Key, Values};
 use crate::lie::LieGroup;
 

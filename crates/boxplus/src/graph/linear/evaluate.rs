@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::pool::Pool;
 use super::structure::{Normal, Structure};
-use crate::graph::factor::{AnySet, stride};
+use crate::graph::set::{AnySet, stride};
 use crate::graph::values::Values;
 
 /// Factors a chunk. Their parts of the normal equations (about 1 kB each for SE(3)) stay in a core's cache.

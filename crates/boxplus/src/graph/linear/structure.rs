@@ -6,7 +6,7 @@
 
 use super::cholesky::minimum_degree;
 use crate::graph::GraphError;
-use crate::graph::factor::{AnySet, Places};
+use crate::graph::set::{AnySet, Places};
 use crate::graph::values::{Offsets, Values, VariableId};
 
 /// The matrix JᵀJ (lower triangle, compressed columns of [`Structure::pattern`]) and the vector Jᵀr.

@@ -11,10 +11,10 @@ pub(crate) mod step;
 use core::ops::ControlFlow;
 
 use super::diagnose::{Unconstrained, weakest};
-use super::factor::AnySet;
 use super::linear::cholesky::Cholesky;
 use super::linear::evaluate::Evaluator;
 use super::linear::structure::Structure;
+use super::set::AnySet;
 use super::values::Values;
 use super::{GraphError, gauge};
 use clock::Clock;

@@ -1,0 +1,258 @@
+//! Factors in store: all of one type together, so that no virtual call is made per factor.
+
+use core::any::{Any, TypeId};
+use core::ops::Range;
+
+use nalgebra::DVector;
+
+use super::factor::{Factor, Slots, Variables};
+use super::linear::structure::{Normal, SetPlan};
+use super::linear::vector::dot;
+use super::noise::Noise;
+use super::robust::Kernel;
+use super::values::{Offsets, Values, VariableId};
+
+/// All factors of one type.
+pub(crate) struct FactorSet<F: Factor<R>, const R: usize> {
+    pub(crate) factors: Vec<F>,
+    pub(crate) slots: Vec<Slots>,
+    pub(crate) noises: Vec<Noise<R>>,
+    kernels: Vec<Kernel>,
+}
+
+impl<F: Factor<R>, const R: usize> FactorSet<F, R> {
+    pub(crate) fn new() -> Self {
+        Self { factors: vec![], slots: vec![], noises: vec![], kernels: vec![] }
+    }
+
+    pub(crate) fn push(&mut self, slots: Slots, factor: F, noise: Noise<R>, kernel: Kernel) -> usize {
+        self.factors.push(factor);
+        self.slots.push(slots);
+        self.noises.push(noise);
+        self.kernels.push(kernel);
+        self.factors.len() - 1
+    }
+
+    /// Adds the part of one factor to `out` (gradient, then the blocks Jᵀ_q J_p, p ≤ q) and returns its cost.
+    #[inline]
+    fn linearise_one(&self, index: usize, variables: &F::Variables, out: &mut [f64]) -> f64 {
+        let (residual, jacobians) = self.factors[index].residual_jac(variables);
+        let u = self.noises[index].sqrt_information();
+        let whitened = u * residual;
+        let (rho, weight) = self.kernels[index].evaluate(whitened.norm_squared());
+        F::Variables::whiten(&jacobians, u, |w| {
+            normal_equations::<R>(F::Variables::DIMS, w, whitened.as_slice(), weight, out);
+        });
+        0.5 * rho
+    }
+}
+
+/// Writes Jᵀr for each variable and then Jᵀ_q J_p for each pair p ≤ q, times `weight`; `w` holds Jᵀ, D×R.
+#[inline(always)]
+fn normal_equations<const R: usize>(dims: &[usize], w: &[&[f64]], r: &[f64], weight: f64, out: &mut [f64]) {
+    let mut at = 0;
+    for (&d, w) in dims.iter().zip(w) {
+        for i in 0..d {
+            let mut sum = 0.0;
+            for k in 0..R {
+                sum += w[k * d + i] * r[k];
+            }
+            out[at + i] = weight * sum;
+        }
+        at += d;
+    }
+    for q in 0..dims.len() {
+        for p in 0..=q {
+            let (dp, dq) = (dims[p], dims[q]);
+            for column in 0..dp {
+                let target = &mut out[at..at + dq];
+                target.fill(0.0);
+                for k in 0..R {
+                    let factor = weight * w[p][k * dp + column];
+                    for (t, x) in target.iter_mut().zip(&w[q][k * dq..(k + 1) * dq]) {
+                        *t += factor * x;
+                    }
+                }
+                at += dq;
+            }
+        }
+    }
+}
+
+/// Numbers that one factor of these dimensions adds to the normal equations.
+pub(crate) const fn stride(dims: &[usize]) -> usize {
+    let (mut total, mut q) = (0, 0);
+    while q < dims.len() {
+        total += dims[q];
+        let mut p = 0;
+        while p <= q {
+            total += dims[p] * dims[q];
+            p += 1;
+        }
+        q += 1;
+    }
+    total
+}
+
+/// A [`FactorSet`] whose type is forgotten: one virtual call per chunk of factors.
+pub(crate) trait AnySet: Any + Send + Sync {
+    fn name(&self) -> &'static str;
+    fn is_relative(&self) -> bool;
+    fn len(&self) -> usize;
+    fn dims(&self) -> &'static [usize];
+    /// The kinds of the variables that each factor reads, and their slots.
+    fn kinds(&self) -> &'static [fn() -> TypeId];
+    fn slots(&self, index: usize) -> &Slots;
+    /// What messages call the kinds.
+    fn kind_names(&self) -> &'static [&'static str];
+    /// The variables of a factor.
+    fn ids(&self, index: usize) -> Vec<VariableId> {
+        self.kinds()
+            .iter()
+            .zip(self.slots(index))
+            .map(|(kind, &slot)| VariableId { kind: kind(), slot })
+            .collect()
+    }
+    /// Cost of the factors of `range` in order; not a number where a variable has no value.
+    fn cost(&self, values: &Values, range: Range<usize>) -> f64;
+    /// ‖U·r‖² of one factor.
+    fn squared(&self, values: &Values, index: usize) -> f64;
+    /// Cost of `range`, and each factor's part of the normal equations, [`stride`] numbers a factor, into `out`.
+    fn linearise(&self, values: &Values, range: Range<usize>, out: &mut [f64]) -> f64;
+    /// Dimension R of the residual.
+    fn residual_dim(&self) -> usize;
+    /// Overwrites `slopes[r][k]` with the derivative of the r-th whitened residual of a factor along the k-th direction.
+    fn slopes(
+        &self,
+        values: &Values,
+        index: usize,
+        offsets: &Offsets,
+        directions: &[Vec<f64>],
+        slopes: &mut [DVector<f64>],
+    );
+    /// Adds what [`Self::linearise`] wrote to the normal equations, factor by factor.
+    fn scatter(&self, range: Range<usize>, parts: &[f64], plan: &SetPlan, normal: &mut Normal);
+    fn set_kernel(&mut self, kernel: Kernel);
+    /// A kernel whose scale makes no sense.
+    fn invalid_kernel(&self) -> Option<Kernel>;
+    fn as_any(&self) -> &dyn Any;
+    fn as_any_mut(&mut self) -> &mut dyn Any;
+}
+
+/// Where the variables of a set's factors stand in an [`Offsets`] table, looked up without a search for each.
+pub(crate) struct Places<'a> {
+    set: &'a dyn AnySet,
+    tables: Vec<&'a [u32]>,
+}
+
+impl<'a> Places<'a> {
+    pub(crate) fn new(set: &'a dyn AnySet, offsets: &'a Offsets) -> Self {
+        Self { set, tables: set.kinds().iter().map(|kind| offsets.of(kind())).collect() }
+    }
+
+    /// The place of each variable of a factor, in order; `None` where it has none.
+    pub(crate) fn of(&self, factor: usize) -> impl Iterator<Item = Option<usize>> {
+        let place = |(table, &slot): (&&[u32], &u32)| table.get(slot as usize).copied();
+        self.tables
+            .iter()
+            .zip(self.set.slots(factor))
+            .map(place)
+            .map(|place| place.filter(|&place| place != Offsets::NONE).map(|place| place as usize))
+    }
+}
+
+impl<F: Factor<R>, const R: usize> AnySet for FactorSet<F, R> {
+    fn name(&self) -> &'static str {
+        F::NAME
+    }
+    fn is_relative(&self) -> bool {
+        F::RELATIVE
+    }
+    fn len(&self) -> usize {
+        self.factors.len()
+    }
+    fn dims(&self) -> &'static [usize] {
+        F::Variables::DIMS
+    }
+    fn kinds(&self) -> &'static [fn() -> TypeId] {
+        F::Variables::kinds()
+    }
+    fn slots(&self, index: usize) -> &Slots {
+        &self.slots[index]
+    }
+    fn kind_names(&self) -> &'static [&'static str] {
+        F::Variables::NAMES
+    }
+    fn cost(&self, values: &Values, range: Range<usize>) -> f64 {
+        let stores = F::Variables::stores(values);
+        let mut cost = 0.0;
+        for index in range {
+            let Some(variables) = F::Variables::gather(&stores, &self.slots[index]) else { return f64::NAN };
+            let residual = self.factors[index].residual::<f64>(&variables.constant());
+            let squared = (self.noises[index].sqrt_information() * residual).norm_squared();
+            cost += 0.5 * self.kernels[index].evaluate(squared).0;
+        }
+        cost
+    }
+    fn squared(&self, values: &Values, index: usize) -> f64 {
+        let stores = F::Variables::stores(values);
+        F::Variables::gather(&stores, &self.slots[index]).map_or(f64::NAN, |variables| {
+            let residual = self.factors[index].residual::<f64>(&variables.constant());
+            (self.noises[index].sqrt_information() * residual).norm_squared()
+        })
+    }
+    fn linearise(&self, values: &Values, range: Range<usize>, out: &mut [f64]) -> f64 {
+        let stores = F::Variables::stores(values);
+        let mut cost = 0.0;
+        for (index, out) in range.zip(out.chunks_exact_mut(stride(F::Variables::DIMS))) {
+            let Some(variables) = F::Variables::gather(&stores, &self.slots[index]) else { return f64::NAN };
+            cost += self.linearise_one(index, &variables, out);
+        }
+        cost
+    }
+    fn residual_dim(&self) -> usize {
+        R
+    }
+    fn slopes(
+        &self,
+        values: &Values,
+        index: usize,
+        offsets: &Offsets,
+        directions: &[Vec<f64>],
+        slopes: &mut [DVector<f64>],
+    ) {
+        slopes.iter_mut().for_each(|slope| slope.fill(0.0));
+        let stores = F::Variables::stores(values);
+        let Some(variables) = F::Variables::gather(&stores, &self.slots[index]) else { return };
+        let (residual, jacobians) = self.factors[index].residual_jac(&variables);
+        let u = self.noises[index].sqrt_information();
+        let weight = self.kernels[index].weight((u * residual).norm_squared()).sqrt();
+        F::Variables::whiten(&jacobians, u, |whitened| {
+            for ((id, w), &dim) in self.ids(index).iter().zip(whitened).zip(F::Variables::DIMS) {
+                let Some(start) = offsets.get(*id) else { continue };
+                for (slope, row) in slopes.iter_mut().zip(w.chunks_exact(dim)) {
+                    for (k, direction) in directions.iter().enumerate() {
+                        slope[k] += weight * dot(row, &direction[start..start + dim]);
+                    }
+                }
+            }
+        });
+    }
+    fn scatter(&self, range: Range<usize>, parts: &[f64], plan: &SetPlan, normal: &mut Normal) {
+        for (index, part) in range.zip(parts.chunks_exact(stride(F::Variables::DIMS))) {
+            plan.scatter(index, F::Variables::DIMS, part, normal);
+        }
+    }
+    fn set_kernel(&mut self, kernel: Kernel) {
+        self.kernels.fill(kernel);
+    }
+    fn invalid_kernel(&self) -> Option<Kernel> {
+        self.kernels.iter().find(|kernel| !kernel.is_valid()).copied()
+    }
+    fn as_any(&self) -> &dyn Any {
+        self
+    }
+    fn as_any_mut(&mut self) -> &mut dyn Any {
+        self
+    }
+}
