@@ -487,7 +487,8 @@ def sgal3_row(i, theta, exact32):
     step = rotate(back, [mpf(y) - mpf(x) - z * dt for x, y, z in zip(pa, pb, w)])
     speed_step = rotate(back, [mpf(y) - z for y, z in zip(vb, w)])
     rminus = sgal3_log(product(back, b), step, speed_step, dt)
-    outputs = exp_quaternion(phi) + p + v + [iota] + entries(jl, *parts) + entries(jl**-1, *parts)
+    inverse = mp.chop(jl**-1, tol=mp.mnorm(jl, 1) * mpf(10) ** -45)  # zeros where iota is zero
+    outputs = exp_quaternion(phi) + p + v + [iota] + entries(jl, *parts) + entries(inverse, *parts)
     outputs += sgal3_log(a, mp_list(pa), w, mpf(ta)) + ad_a + compose + moved(e[:3], e[3]) + [e[3] + mpf(ta)] + rminus
     return tau + event + qa + pa + va + [ta] + qb + pb + vb + [tb] + [f64(x) for x in outputs]
 

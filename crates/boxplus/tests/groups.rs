@@ -1,7 +1,7 @@
 //! What holds of particular groups: their matrices, subgroups, behaviour at the cut, constructors, drift.
 #![allow(missing_docs, clippy::unwrap_used)]
 
-use boxplus::lie::{Action, LieError, LieGroup, Real, Rn, SE2, SE3, SE23, SO2, SO3, Sim2, Sim3};
+use boxplus::lie::{Action, LieError, LieGroup, Real, Rn, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
 use nalgebra::{Matrix2, Matrix3, Matrix4, SMatrix, SVector, Vector1, Vector2, Vector3, Vector6};
 use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -93,6 +93,47 @@ proptest! {
         let p = b.fixed_rows::<3>(0).into_owned();
         prop_assert_eq!(x.act(&p), x.pose().act(&p));
         prop_assert_eq!(x.act_jac(&p).1.columns(6, 3).amax(), 0.0);
+    }
+    #[test]
+    fn sgal3_is_its_matrix_group(a in small_vector::<10>(2.0), b in small_vector::<10>(2.0)) {
+        is_its_matrix_group::<SGal3, 10, 5>(SGal3::to_matrix, a, b);
+        let x = SGal3::exp(&a);
+        prop_assert!(SGal3::from_matrix(&x.to_matrix()).unwrap().rminus(&x).norm() < 64.0 * EPS);
+    }
+    #[test]
+    fn se23_is_the_subgroup_of_sgal3_at_time_zero_to_the_last_bit(
+        a in small_vector::<9>(2.5), b in small_vector::<9>(2.5),
+    ) {
+        let at = |x: SE23| SGal3::from_extended(x, 0.0);
+        let lift = |t: &SVector<f64, 9>| t.push(0.0);
+        let rows = |m: SMatrix<f64, 10, 10>| m.fixed_view::<9, 9>(0, 0).into_owned();
+        let (x, y) = (SE23::exp(&a), SE23::exp(&b));
+        prop_assert_eq!(SGal3::exp(&lift(&a)), at(x));
+        prop_assert_eq!(at(x).log(), lift(&x.log()));
+        prop_assert_eq!(at(x).compose(&at(y)), at(x.compose(&y)));
+        prop_assert_eq!(at(x).inverse(), at(x.inverse()));
+        prop_assert_eq!(at(x).between(&at(y)), at(x.between(&y)));
+        prop_assert_eq!(rows(at(x).adjoint()), x.adjoint());
+        prop_assert_eq!(rows(SGal3::right_jacobian(&lift(&a))), SE23::right_jacobian(&a));
+        prop_assert_eq!(rows(SGal3::right_jacobian_inverse(&lift(&a))), SE23::right_jacobian_inverse(&a));
+        prop_assert_eq!(rows(at(x).log_jacs().2), x.log_jacs().2);
+    }
+    #[test]
+    fn constant_rate_and_force_are_an_exponential_of_sgal3(
+        omega in small_vector::<3>(1.0), force in small_vector::<3>(9.0),
+    ) {
+        // 2¹² steps of Δ/2¹² are the one step: increments of an inertial sensor add up exactly, up to rounding.
+        let (n, total) = (4096, 2.0);
+        let increment = |time: f64| {
+            let (phi, nu) = (omega * time, force * time);
+            SGal3::exp(&SVector::from([0.0, 0.0, 0.0, phi.x, phi.y, phi.z, nu.x, nu.y, nu.z, time]))
+        };
+        let step = increment(total / f64::from(n));
+        let sum = (0..n).fold(SGal3::identity(), |x, _| x.compose(&step));
+        prop_assert!(sum.rminus(&increment(total)).norm() < 64.0 * f64::from(n) * EPS);
+        // And they are p = ∫∫R·a, which without rotation is ½aΔ².
+        let straight = SGal3::exp(&SVector::from([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, force.x, force.y, force.z, 1.0]));
+        prop_assert_eq!(straight.position(), force * 0.5);
     }
 
     #[test]
@@ -375,6 +416,11 @@ fn ten_million_compositions_stay_on_se23() {
 }
 
 #[test]
+fn ten_million_compositions_stay_on_sgal3() {
+    drifts_at_most::<SGal3, 10>(|x| quaternion_error(&x.rotation()), 4.0);
+}
+
+#[test]
 fn ten_million_compositions_stay_on_sim3_and_keep_the_scale() {
     // The eight steps multiply to the scale 1 up to rounding, which accumulates in σ as in any sum; the rotation stays.
     drifts_at_most::<Sim3, 7>(|x| quaternion_error(&x.rotation()), 4.0);
@@ -416,6 +462,9 @@ fn what_is_no_similarity_is_refused_with_the_reason() {
     let mut skewed = SE23::new(turn, t, t).to_matrix();
     skewed[(4, 3)] = 0.1;
     assert_eq!(SE23::from_matrix(&skewed), Err(LieError::NotHomogeneous));
+    assert_eq!(SGal3::from_matrix(&skewed), Err(LieError::NotHomogeneous));
+    skewed[(3, 4)] = f64::NAN;
+    assert_eq!(SGal3::from_matrix(&skewed), Err(LieError::NotFinite));
 }
 
 #[test]
@@ -467,4 +516,12 @@ fn operators_are_the_named_operations() {
     let quarter = SO2::from_angle(FRAC_PI_2);
     assert_eq!((quarter * quarter).log(), quarter.compose(&quarter).log());
     let _: Matrix4<f64> = SE3::exp(&a).to_matrix();
+    let (turn, p) = (SO3::exp(&a.fixed_rows::<3>(3).into_owned()), Vector3::new(0.3, -0.7, 1.9));
+    let (x, y) = (SE23::new(turn, p, p * 2.0), Sim3::new(turn, p, 0.3));
+    assert_eq!((x * x, x * p), (x.compose(&x), x.act(&p)));
+    assert_eq!((y * y, y * p), (y.compose(&y), y.act(&p)));
+    let (x, e) = (SGal3::from_extended(x, 0.5), p.push(0.25));
+    assert_eq!((x * x, x * e), (x.compose(&x), x.act(&e)));
+    let (x, p) = (Sim2::new(quarter, p.xy(), 0.3), p.xy());
+    assert_eq!((x * x, x * p), (x.compose(&x), x.act(&p)));
 }

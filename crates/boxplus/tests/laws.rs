@@ -1,7 +1,7 @@
 //! Every group passes the public law suite in `f64` and `f32`: one line each.
 #![allow(missing_docs, clippy::unwrap_used)]
 
-use boxplus::lie::{LieGroup, Rn, SE2, SE3, SE23, SO2, SO3, Sim2, Sim3, laws};
+use boxplus::lie::{LieGroup, Rn, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3, laws};
 
 macro_rules! laws {
     ($($name:ident: $group:ty, $d:literal, $n:literal;)*) => { $(
@@ -33,6 +33,7 @@ laws! {
     so3: SO3, 3, 3;
     se3: SE3, 6, 3;
     se23: SE23, 9, 3;
+    sgal3: SGal3, 10, 4;
     sim3: Sim3, 7, 3;
     sim2: Sim2, 4, 2;
 }
@@ -140,6 +141,7 @@ mod dual_numbers {
         group::<SO3, 3>((0, 3));
         group::<SE3, 6>((3, 3));
         group::<SE23, 9>((3, 3));
+        group::<SGal3, 10>((3, 3));
         group::<Sim3, 7>((3, 3));
         group::<Sim2, 4>((2, 1));
     }

@@ -4,7 +4,7 @@
 //! here are the ones stated in `docs/accuracy.md`; `BOXPLUS_BLESS=1 cargo test --test reference` writes that file.
 #![allow(missing_docs, clippy::unwrap_used, clippy::float_cmp)] // exact: is an input representable?
 
-use boxplus::lie::{Action, LieGroup, Real, SE2, SE3, SO2, SO3, Sim2, Sim3, Stumpff};
+use boxplus::lie::{Action, LieGroup, Real, SE2, SE3, SGal3, SO2, SO3, Sim2, Sim3, Stumpff};
 use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector1, Vector2, Vector3, Vector6};
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
@@ -76,6 +76,25 @@ const BOUNDS: &[Bound] = &[
     bound("SE(3) compose, translation", "the larger translation", 6.0, NONE),
     bound("SE(3) act", "the larger of p, t", 4.5, NONE),
     bound("SE(3) rminus, translation", "ρ", 5.5, NONE),
+    bound("SGal(3) exp, position", "the larger of ρ, νι", 2.0, NONE),
+    bound("SGal(3) Jr, ρφ block", "itself", 4.0, NONE),
+    bound("SGal(3) Jr, ρν block", "itself", 3.5, NONE),
+    bound("SGal(3) Jr, ρι column", "itself", 2.0, NONE),
+    bound("SGal(3) Jl, ρφ block", "itself", 4.0, NONE),
+    bound("SGal(3) Jl, ρν block", "itself", 3.5, NONE),
+    bound("SGal(3) Jl, ρι column", "itself", 2.0, NONE),
+    bound("SGal(3) Jr⁻¹, ρφ block", "itself", 4.5, NONE),
+    bound("SGal(3) Jr⁻¹, ρν block", "itself", 2.5, NONE),
+    bound("SGal(3) Jr⁻¹, ρι column", "itself", 2.0, NONE),
+    bound("SGal(3) Jl⁻¹, ρφ block", "itself", 4.5, NONE),
+    bound("SGal(3) Jl⁻¹, ρν block", "itself", 2.5, NONE),
+    bound("SGal(3) Jl⁻¹, ρι column", "itself", 2.0, NONE),
+    bound("SGal(3) log, position", "the larger of p, vt", 4.5, NONE),
+    bound("SGal(3) Ad, (p − vt)^R block", "the larger of p, vt", 5.5, NONE),
+    bound("SGal(3) Ad, tR block", "itself", 3.5, NONE),
+    bound("SGal(3) compose, position", "the largest of p, vt", 4.0, NONE),
+    bound("SGal(3) act, place", "the largest of p, vτ", 5.0, NONE),
+    bound("SGal(3) rminus, position", "the largest of Δp, vΔt", 5.0, NONE),
     bound("Sim(3) exp, translation", "t", 3.0, NONE),
     bound("Sim(3) Jr, G block", "itself", 3.0, NONE),
     bound("Sim(3) Jr, S block", "itself", 3.0, NONE),
@@ -425,11 +444,61 @@ fn similarity_of_the_plane<S: Real>(table: &Table, errors: &mut Errors) {
     }
 }
 
+/// What SGal(3) has beyond SE₂(3): the position and its blocks, in which clocks meet velocities.
+fn galilean<S: Real>(table: &Table, errors: &mut Errors) {
+    for row in table.rows::<S>() {
+        let element = |name: &str| {
+            let [x, y, z, w, p0, p1, p2, v0, v1, v2, t] = row.get(name).map(S::lit);
+            let rotation = SO3::from_xyzw([x, y, z, w]).unwrap();
+            SGal3::new(rotation, Vector3::new(p0, p1, p2), Vector3::new(v0, v1, v2), t)
+        };
+        let parts = [("ρφ block", [0, 3, 3, 3]), ("ρν block", [0, 6, 3, 3]), ("ρι column", [0, 9, 3, 1])];
+        jacobians::<SGal3<S>, 10, 21>(errors, "SGal(3)", &parts, &row);
+
+        let size = |v: &[f64]| norm(v.iter().copied());
+        let (tau, truth) = (row.get::<10>("tau"), row.get::<11>("exp"));
+        let x = SGal3::<S>::exp(&row.input("tau"));
+        let terms = size(&tau[..3]).max(size(&truth[7..10]) * tau[9].abs());
+        errors.record("SGal(3) exp, position", 0.0, x.position().as_slice(), &truth[4..7], terms);
+
+        let (a, b, event) = (element("a"), element("b"), row.input("point"));
+        let (ea, eb, e) = (row.get::<11>("a"), row.get::<11>("b"), row.get::<4>("point"));
+        let (p, v, t) = (size(&ea[4..7]), size(&ea[7..10]), ea[10].abs());
+        let terms = p.max(v * t);
+        errors.record(
+            "SGal(3) log, position",
+            0.0,
+            &a.log().as_slice()[..3],
+            &row.get::<10>("log")[..3],
+            terms,
+        );
+        let (truth, ad) = (row.get::<21>("adjoint"), a.adjoint());
+        let part = |j| -> Matrix3<S> { ad.fixed_view::<3, 3>(0, j).transpose() };
+        errors.record("SGal(3) Ad, (p − vt)^R block", 0.0, part(3).as_slice(), &truth[..9], terms);
+        if t > 0.0 {
+            errors.relative("SGal(3) Ad, tR block", 0.0, part(6).as_slice(), &truth[9..18]);
+        }
+
+        let terms = p.max(size(&eb[4..7])).max(v * eb[10].abs());
+        let ab = a.compose(&b);
+        let truth = row.get::<11>("compose");
+        errors.record("SGal(3) compose, position", 0.0, ab.position().as_slice(), &truth[4..7], terms);
+        let terms = p.max(size(&e[..3])).max(v * e[3].abs());
+        let moved = a.act(&event);
+        errors.record("SGal(3) act, place", 0.0, &moved.as_slice()[..3], &row.get::<4>("act")[..3], terms);
+        let truth = row.get::<10>("rminus");
+        let step = size(&[eb[4] - ea[4], eb[5] - ea[5], eb[6] - ea[6]]);
+        let terms = step.max(v.max(size(&truth[6..9])) * (eb[10] - ea[10]).abs());
+        errors.record("SGal(3) rminus, position", 0.0, &b.rminus(&a).as_slice()[..3], &truth[..3], terms);
+    }
+}
+
 fn measure<S: Real>() -> Errors {
     let mut errors = Errors::default();
     coefficients::<S>(&Table::parse(include_str!("reference/coefficients.csv"), 1), &mut errors);
     plane::<S>(&Table::parse(include_str!("reference/se2.csv"), 13), &mut errors);
     space::<S>(&Table::parse(include_str!("reference/se3.csv"), 23), &mut errors);
+    galilean::<S>(&Table::parse(include_str!("reference/sgal3.csv"), 36), &mut errors);
     similarity_of_space::<S>(&Table::parse(include_str!("reference/sim3.csv"), 26), &mut errors);
     similarity_of_the_plane::<S>(&Table::parse(include_str!("reference/sim2.csv"), 16), &mut errors);
     assert_eq!(errors.0.len(), BOUNDS.len(), "every operation has one bound");
@@ -494,8 +563,9 @@ Beyond π, where no logarithm leads, errors are given in multiples of θ/(2π �
 inverse Jacobians have a pole, and there the rounding of θ² itself is amplified. e enters Q̃ only as e(φ·ρ)φ^².
 
 SE₂(3) has no rows of its own: its position and its velocity are, bit for bit, the translation of SE(3), and so are their
-blocks of every Jacobian (`tests/groups.rs`). Sim(3) and Sim(2) are measured for |σ| ≤ 6, with σ and θ vanishing independently;
-names of blocks are those of the module docs.
+blocks of every Jacobian (`tests/groups.rs`). The same holds of SGal(3) but for its position and the blocks named here, those
+of row ρ. Sim(3) and Sim(2) are measured for |σ| ≤ 6, with σ and θ vanishing independently; their rotations are those of SO(3)
+and SO(2). Names of blocks are those of the module docs.
 
 | operation | relative to | bound, θ ≤ π | bound, θ > π | f64, θ ≤ π | f32, θ ≤ π | f64, θ > π | f32, θ > π |
 |---|---|---|---|---|---|---|---|

@@ -5,7 +5,7 @@ use core::fmt::Debug;
 use nalgebra::{SMatrix, SVector};
 use num_dual::{Derivative, DualSVec64};
 
-use crate::lie::{LieGroup, Real, Rn, SE2, SE3, SE23, SO2, SO3, Sim2, Sim3};
+use crate::lie::{LieGroup, Real, Rn, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
 
 /// A variable of the graph: a point of a manifold with tangent space ℝᴰ, moved by X ⊞ δ on the local side.
 ///
@@ -175,6 +175,7 @@ variable!(group SE2, SE2<S>, 3, "SE2", &["x", "y", "yaw"]);
 variable!(group SO3, SO3<S>, 3, "SO3", &["rotation about x", "rotation about y", "rotation about z"]);
 variable!(group SE3, SE3<S>, 6, "SE3", &["x", "y", "z", "rotation about x", "rotation about y", "rotation about z"]);
 variable!(group SE23, SE23<S>, 9, "SE2(3)", &["x", "y", "z", "rotation about x", "rotation about y", "rotation about z", "velocity along x", "velocity along y", "velocity along z"]);
+variable!(group SGal3, SGal3<S>, 10, "SGal(3)", &["x", "y", "z", "rotation about x", "rotation about y", "rotation about z", "velocity along x", "velocity along y", "velocity along z", "time"]);
 variable!(group Sim3, Sim3<S>, 7, "Sim3", &["x", "y", "z", "rotation about x", "rotation about y", "rotation about z", "log scale"]);
 variable!(group Sim2, Sim2<S>, 4, "Sim2", &["x", "y", "yaw", "log scale"]);
 

@@ -8,13 +8,12 @@
 //! Barrau and Bonnabel (2017), Brossard et al. (2022); Q and Q̃ are those of SE(3), Barfoot (2024) (8.91). Two copies of SE(3)
 //! share one rotation: position and pose are SE(3) to the last bit, and so are velocity and its Jacobians.
 //!
-//! The state of inertial navigation. Between two instants it evolves by
-//! X ↦ Γ·Φ(X)·Υ with gravity in Γ and the measured increments in Υ, a map affine on the group, so that the error obeys a
-//! linear equation that does not depend on the state.
+//! The state of inertial navigation: on this group the error of dead reckoning obeys a linear equation that does not depend on
+//! the state, which invariant filters live on.
 //!
-//! Pitfalls. X·Y is no motion in time: velocities are added as positions are, and p does not grow by v·t; the group with
-//! a clock is [`super::SGal3`]. A point is moved by the pose alone, the velocity columns of its Jacobian are zero. The matrix
-//! holds v before p, the tangent ρ before ν; others order tangents (φ, ν, ρ) or (ρ, φ, ν), or put ν first.
+//! Pitfalls. X·Y is no motion in time: velocities add as positions do, and p does not grow by v·t; the group with a clock
+//! is [`super::SGal3`]. A point is moved by the pose alone, the velocity columns of its Jacobian are zero. The matrix holds v
+//! before p, the tangent ρ before ν; Barrau and Brossard order it (φ, ν, ρ).
 //!
 //! ```
 //! use boxplus::lie::{LieGroup, SE23, SO3};

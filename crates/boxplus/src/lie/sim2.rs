@@ -8,7 +8,7 @@
 //! J_l = [φ₁, −iφ₂ρ, −φ₂ρ; 0, 1, 0; 0, 0, 1]      J_l⁻¹ = [1/φ₁, i(φ₂/φ₁)ρ, (φ₂/φ₁)ρ; 0, 1, 0; 0, 0, 1]
 //! J_r(τ) = J_l(−τ)                               (a + ib stands for the block [a −b; b a])
 //! ```
-//! At σ = 0 this is SE(2): Solà et al. (2018) (156)–(164), with φ₁(iθ) = c₁ + iθc₂ and φ₂(iθ) = c₂ + iθc₃.
+//! At σ = 0 this is SE(2): Solà et al. (2018) (152)–(168), with φ₁(iθ) = c₁ + iθc₂ and φ₂(iθ) = c₂ + iθc₃.
 //!
 //! The logarithm of the scale is stored, for the reasons given at [`super::Sim3`].
 //!

@@ -7,17 +7,16 @@
 //! J_l = [G, S, c; 0, J, 0; 0, 0, 1]                J_l⁻¹ = [G⁻¹, −G⁻¹SJ⁻¹, −G⁻¹c; 0, J⁻¹, 0; 0, 0, 1]
 //! S = Σ Zⁱρ^(φ^)ʲ/(i + j + 2)!,  c = −Σ Zⁱρ/(i + 2)!,  J = J_l(φ)          J_r(τ) = J_l(−τ)
 //! ```
-//! Strasdat (2012) (2.81), Eade (2014) §5. At σ = 0 everything is that of SE(3). What monocular SLAM optimises, for a
-//! single camera cannot tell a small room from a large one, and its scale drifts.
+//! Strasdat (2012); the evaluation of the coefficients is in `similarity.rs`. At σ = 0 everything is that of SE(3). What
+//! monocular SLAM optimises, for a single camera cannot tell a small room from a large one, and its scale drifts.
 //!
 //! **Storage.** The logarithm σ of the scale is stored, beside a unit quaternion and t. Every real number is a valid σ, so
 //! no composition leaves the group, were there 10⁷ of them; scales add instead of being multiplied, inverses are exact, and
 //! a σ of 10⁻¹² keeps all its digits, of which 1 + 10⁻¹² would keep four. The price is one exponential per action; to move
 //! many points take [`Sim3::to_matrix`] once.
 //!
-//! Pitfalls. Others write \[R t; 0 s⁻¹\] (Eade), multiply the scale onto the translation as well, or count the tangent
-//! as (φ, ρ, σ) or (σ, φ, ρ). ρ is no translation, see [`Sim3::new`]. Sim(3) is not unimodular, det Ad = s³: a volume is
-//! not the same on the left and on the right.
+//! Pitfalls. Eade writes \[R t; 0 s⁻¹\], where the scale acts on the translation as well. ρ is no translation, see
+//! [`Sim3::new`]. Sim(3) is not unimodular, det Ad = s³: a volume on the left is not one on the right.
 //!
 //! ```
 //! use boxplus::lie::{LieGroup, SO3, Sim3};

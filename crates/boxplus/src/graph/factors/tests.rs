@@ -4,7 +4,7 @@ use nalgebra::{SMatrix, SVector, Unit, Vector2, Vector3, Vector6, vector};
 
 use super::*;
 use crate::graph::{Factor, GroupVariable, JacobianBlock, Variables, dual_jacobians};
-use crate::lie::{LieGroup, Rn, SE2, SE3, SE23, SO2, SO3, Sim2, Sim3};
+use crate::lie::{LieGroup, Rn, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
 
 /// Largest difference of the closed Jacobians from the dual ones, relative to their size.
 fn check<const R: usize, F: Factor<R>>(name: &str, factor: &F, variables: &F::Variables)
@@ -62,6 +62,7 @@ fn displacements_and_priors_have_exact_jacobians_in_every_chart() {
         check("so2", &Between::new(SO2::from_angle(0.2)), &(x1.rotation(), SO2::from_angle(0.5)));
     }
     group::<SE23, 9>("se23");
+    group::<SGal3, 10>("sgal3");
     group::<Sim3, 7>("sim3");
     group::<Sim2, 4>("sim2");
     check(

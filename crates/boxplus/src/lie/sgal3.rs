@@ -1,0 +1,342 @@
+//! SGal(3): the Galilean group, X = \[R v p; 0 1 t; 0 0 1\], changes of inertial frame with their clocks, tangent (ρ, φ, ν, ι).
+//!
+//! ```text
+//! X₁X₂ = (R₁R₂, p₁ + R₁p₂ + v₁t₂, v₁ + R₁v₂, t₁ + t₂)
+//! Exp: R = Exp φ, v = Jν, p = Jρ + ι·Γ₂ν, t = ι           Log: ν = J⁻¹v, ρ = J⁻¹p − ι(½ν − d·φ×ν)
+//! Ad = [R, (p−vt)^R, −tR, v; 0, R, 0, 0; 0, v^R, R, 0; 0, 0, 0, 1]
+//! ad = [φ^, ρ^, −ιI, ν; 0, φ^, 0, 0; 0, ν^, φ^, 0; 0, 0, 0, 0]
+//! J_l   = [J, Q(ρ) − ιU, −ι(J − Γ₂), Γ₂ν; 0, J, 0, 0; 0, Q(ν), J, 0; 0, 0, 0, 1]
+//! J_l⁻¹ = [J⁻¹, Q̃(ρ) + ιŨ, ι(½I − 2r·φ^), −½ν + d·φ×ν; 0, J⁻¹, 0, 0; 0, Q̃(ν), J⁻¹, 0; 0, 0, 0, 1]
+//! U = Σ (n + 1)/(n + m + 3)!·(φ^)ⁿν^(φ^)ᵐ = ν^/6 + (c₃ − 2c₄)φ^ν^ + c₄ν^φ^ + (c₄ − 2c₅)φ^²ν^ + c₅ν^φ^²
+//!       − ½(φ·ν)((c₃ − 4c₄ + 4c₅)φ^ + (c₄ − 4c₅ + 4c₆)φ^²)
+//! Ũ = −r·ν^ + b(φ·ν)φ^ + ½e(φmᵀ + mφᵀ),  m = φ×ν,  r = c₃/(4c₂),  b = (c₃β₁ − c₂β₂)/(4c₂²)
+//! J = J_l(φ),  Γ₂ = ½I + c₃φ^ + c₄φ^²,  Q and Q̃ as in SE(3)                                 J_r(τ) = J_l(−τ)
+//! ```
+//! Kelly (2023), arXiv 2312.07555, in our order of coordinates. The form of U in [`super::Stumpff`] functions has no special
+//! case at θ = 0. Nor does J_l⁻¹ need a matrix product: J⁻¹Γ₂ = ½I − d·φ^, J⁻¹(J − Γ₂)J⁻¹ = ½I − 2r·φ^, and Ũ is what
+//! J⁻¹UJ⁻¹ + J⁻¹(J − Γ₂)Q̃(ν) amounts to.
+//!
+//! It acts on events: a place p at time τ in the moving frame is R·p + v·τ + p_X at τ + t in the parent frame. An element with
+//! t = 0 composes as SE₂(3) does. With a constant angular rate ω and specific force a for a time Δ, both in the body frame,
+//! the increments of an inertial sensor are exactly Exp(0, ωΔ, aΔ, Δ).
+//!
+//! Pitfalls. Time is a coordinate like any other: a covariance has a row for it, in seconds. The position of X⁻¹ is
+//! −Rᵀ(p − vt), not that of the SE(3) inverse. Kelly and others order the tangent (ρ, ν, φ, ι).
+//!
+//! ```
+//! use boxplus::lie::{Action, LieGroup, SGal3};
+//! use nalgebra::{SVector, Vector3, Vector4};
+//! // Two seconds at 3 m/s² along x, from rest, not turning: ν = a·Δ, ι = Δ.
+//! let mut tau = SVector::<f64, 10>::zeros();
+//! (tau[6], tau[9]) = (6.0, 2.0);
+//! let increment = SGal3::exp(&tau);
+//! assert!((increment.velocity() - Vector3::new(6.0, 0.0, 0.0)).norm() < 1e-15);
+//! assert!((increment.position() - Vector3::new(6.0, 0.0, 0.0)).norm() < 1e-15); // ½·3·2²
+//! let event = increment.act(&Vector4::new(0.0, 0.0, 0.0, 1.0)); // the moving origin, one second later
+//! assert!((event - Vector4::new(12.0, 0.0, 0.0, 3.0)).norm() < 1e-15);
+//! ```
+
+use super::se3::{right_coupling, right_coupling_inverse, turn, unturn};
+use super::se23::split;
+use super::so3::{check_affine, polynomial, skew};
+use super::{Action, LieError, LieGroup, Real, SE23, SO3, Stumpff};
+use core::ops::Mul;
+use nalgebra::{Matrix3, Matrix4, SMatrix, SVector, Vector3, Vector4};
+
+/// A Galilean transformation: rotation, position, velocity and time.
+#[derive(Clone, Copy, Debug)]
+pub struct SGal3<S = f64> {
+    extended: SE23<S>,
+    time: S,
+}
+
+impl<S: Real> SGal3<S> {
+    /// The frame of `rotation`, at `position` in m when its clock shows 0, moving at `velocity` in m/s, its clock behind by
+    /// `time` in s; all in the parent frame.
+    #[inline]
+    pub fn new(rotation: SO3<S>, position: Vector3<S>, velocity: Vector3<S>, time: S) -> Self {
+        Self::from_extended(SE23::new(rotation, position, velocity), time)
+    }
+
+    /// An extended pose and the time t.
+    #[inline]
+    pub fn from_extended(extended: SE23<S>, time: S) -> Self {
+        Self { extended, time }
+    }
+
+    /// The transformation of a 5×5 matrix \[R v p; 0 1 t; 0 0 1\].
+    ///
+    /// # Errors
+    /// Those of [`SE23::from_matrix`].
+    pub fn from_matrix(m: &SMatrix<S, 5, 5>) -> Result<Self, LieError> {
+        let (time, mut rest) = (m[(3, 4)], *m);
+        check_affine([time], [S::zero()])?;
+        rest[(3, 4)] = S::zero();
+        Ok(Self::from_extended(SE23::from_matrix(&rest)?, time))
+    }
+
+    /// R.
+    #[inline]
+    pub fn rotation(&self) -> SO3<S> {
+        self.extended.rotation()
+    }
+
+    /// p, in metres of the parent frame.
+    #[inline]
+    pub fn position(&self) -> Vector3<S> {
+        self.extended.position()
+    }
+
+    /// v, in m/s of the parent frame.
+    #[inline]
+    pub fn velocity(&self) -> Vector3<S> {
+        self.extended.velocity()
+    }
+
+    /// t in seconds: time in the parent frame minus time in the local one.
+    #[inline]
+    pub fn time(&self) -> S {
+        self.time
+    }
+
+    /// (R, p, v) without the time.
+    #[inline]
+    pub fn extended_pose(&self) -> SE23<S> {
+        self.extended
+    }
+
+    /// The 5×5 matrix \[R v p; 0 1 t; 0 0 1\].
+    pub fn to_matrix(&self) -> SMatrix<S, 5, 5> {
+        let mut m = self.extended.to_matrix();
+        m[(3, 4)] = self.time;
+        m
+    }
+
+    /// The same transformation with the rotation at unit norm to the last digit.
+    pub fn normalize(&self) -> Self {
+        Self::from_extended(self.extended.normalize(), self.time)
+    }
+}
+
+/// The blocks of \[a b c d; 0 a 0 0; 0 e a 0; 0 0 0 f\], the form of Ad, ad, and every Jacobian.
+struct Blocks<S> {
+    a: Matrix3<S>,
+    b: Matrix3<S>,
+    c: Matrix3<S>,
+    d: Vector3<S>,
+    e: Matrix3<S>,
+    f: S,
+}
+
+impl<S: Real> Blocks<S> {
+    #[inline]
+    fn matrix(&self) -> SMatrix<S, 10, 10> {
+        let mut m = SMatrix::<S, 10, 10>::zeros();
+        for i in [0, 3, 6] {
+            m.fixed_view_mut::<3, 3>(i, i).copy_from(&self.a);
+        }
+        m.fixed_view_mut::<3, 3>(0, 3).copy_from(&self.b);
+        m.fixed_view_mut::<3, 3>(0, 6).copy_from(&self.c);
+        m.fixed_view_mut::<3, 1>(0, 9).copy_from(&self.d);
+        m.fixed_view_mut::<3, 3>(6, 3).copy_from(&self.e);
+        m[(9, 9)] = self.f;
+        m
+    }
+}
+
+/// U(ν, φ), given c_k(|φ|²).
+fn time_coupling<S: Real>(nu: &Vector3<S>, phi: &Vector3<S>, k: &Stumpff<S>) -> Matrix3<S> {
+    let (two, four, half) = (S::lit(2.0), S::lit(4.0), S::lit(0.5));
+    let (w, v) = (skew(phi), skew(nu));
+    let wv = w * v;
+    let wwv = w * wv;
+    let along = phi.dot(nu) * half;
+    // (φ^ν^)ᵀ = ν^φ^ and (φ^²ν^)ᵀ = −ν^φ^².
+    v * S::lit(1.0 / 6.0) + wv * (k.c3 - two * k.c4) + wv.transpose() * k.c4 + wwv * (k.c4 - two * k.c5)
+        - wwv.transpose() * k.c5
+        - w * (along * (k.c3 - four * k.c4 + four * k.c5))
+        - w * w * (along * (k.c4 - four * k.c5 + four * k.c6))
+}
+
+/// (J_r⁻¹, J_l⁻¹) of a tangent, given c_k(|φ|²) and d.
+fn inverses<S: Real>(tau: &SVector<S, 10>, k: &Stumpff<S>, d: S) -> [SMatrix<S, 10, 10>; 2] {
+    let ([rho, phi, nu], half, iota, e) = (split(tau), S::lit(0.5), tau[9], k.e());
+    let j = polynomial(&phi, half, d);
+    let [p, q] = [rho, nu].map(|v| right_coupling_inverse(&v, &phi, d, e));
+    let r = k.c3 / (k.c2 * S::lit(4.0));
+    let b = (k.c3 * k.beta1() - k.c2 * k.beta2()) / (k.c2 * k.c2 * S::lit(4.0));
+    let outer = phi * (phi.cross(&nu) * (e * half)).transpose();
+    // J_r⁻¹(τ) = J_l⁻¹(−τ): even powers of τ keep their sign, such as ιŨ, odd ones change it.
+    let u = (skew(&(phi * (phi.dot(&nu) * b) - nu * r)) + outer + outer.transpose()) * iota;
+    let bend = skew(&(phi * (-iota * (r + r))));
+    let shift = Matrix3::from_diagonal_element(iota * half);
+    let (straight, across, f) = (nu * half, phi.cross(&nu) * d, S::one());
+    let right = Blocks { a: j, b: p + u, c: bend - shift, d: across + straight, e: q, f };
+    let [a, b, e] = [j, p, q].map(|m| m.transpose());
+    let left = Blocks { a, b: b + u, c: bend + shift, d: across - straight, e, f };
+    [right.matrix(), left.matrix()]
+}
+
+/// Log of the vectors: J⁻¹p − ι(½ν − d·φ×ν), φ, J⁻¹v and t.
+#[inline]
+fn join<S: Real>(x: &SGal3<S>, phi: &Vector3<S>, d: S) -> SVector<S, 10> {
+    let nu = unturn(phi, d, &x.velocity());
+    let rho = unturn(phi, d, &x.position()) - (nu * S::lit(0.5) - phi.cross(&nu) * d) * x.time;
+    SVector::from([rho.x, rho.y, rho.z, phi.x, phi.y, phi.z, nu.x, nu.y, nu.z, x.time])
+}
+
+impl<S: Real> PartialEq for SGal3<S> {
+    fn eq(&self, other: &Self) -> bool {
+        self.extended == other.extended && self.time == other.time
+    }
+}
+
+impl<S: Real> LieGroup<10> for SGal3<S> {
+    type Scalar = S;
+    type Over<T: Real> = SGal3<T>;
+    type Algebra = SMatrix<S, 5, 5>;
+
+    #[inline]
+    fn identity() -> Self {
+        Self::from_extended(SE23::identity(), S::zero())
+    }
+    #[inline]
+    fn compose(&self, rhs: &Self) -> Self {
+        let x = self.extended.compose(&rhs.extended);
+        let position = x.position() + self.velocity() * rhs.time;
+        Self::new(x.rotation(), position, x.velocity(), self.time + rhs.time)
+    }
+    #[inline]
+    fn inverse(&self) -> Self {
+        let rotation = self.rotation().inverse();
+        let start = self.position() - self.velocity() * self.time;
+        Self::new(rotation, -rotation.act(&start), -rotation.act(&self.velocity()), -self.time)
+    }
+    /// Subtracts positions, velocities and times first: the error is relative to their differences.
+    #[inline]
+    fn between(&self, other: &Self) -> Self {
+        let inverse = self.rotation().inverse();
+        let time = other.time - self.time;
+        let position = other.position() - self.position() - self.velocity() * time;
+        let velocity = other.velocity() - self.velocity();
+        let rotation = inverse.compose(&other.rotation());
+        Self::new(rotation, inverse.act(&position), inverse.act(&velocity), time)
+    }
+    #[inline]
+    fn exp(tau: &SVector<S, 10>) -> Self {
+        let [rho, phi, nu] = split(tau);
+        let (rotation, half) = SO3::exp_half(&phi);
+        let k = Stumpff::new(phi.norm_squared());
+        let turned = phi.cross(&nu);
+        let growth = nu * S::lit(0.5) + turned * k.c3 + phi.cross(&turned) * k.c4;
+        let position = turn(&phi, &half, &rho) + growth * tau[9];
+        Self::new(rotation, position, turn(&phi, &half, &nu), tau[9])
+    }
+    #[inline]
+    fn log(&self) -> SVector<S, 10> {
+        let phi = self.rotation().log();
+        join(self, &phi, Stumpff::new(phi.norm_squared()).d())
+    }
+    #[inline]
+    fn adjoint(&self) -> SMatrix<S, 10, 10> {
+        let (a, v) = (self.rotation().to_matrix(), self.velocity());
+        let start = self.position() - v * self.time;
+        let (b, e) = (skew(&start) * a, skew(&v) * a);
+        Blocks { a, b, c: -a * self.time, d: v, e, f: S::one() }.matrix()
+    }
+    #[inline]
+    fn small_adjoint(tau: &SVector<S, 10>) -> SMatrix<S, 10, 10> {
+        let [rho, phi, nu] = split(tau);
+        let c = Matrix3::from_diagonal_element(-tau[9]);
+        Blocks { a: skew(&phi), b: skew(&rho), c, d: nu, e: skew(&nu), f: S::zero() }.matrix()
+    }
+    #[inline]
+    fn right_jacobian(tau: &SVector<S, 10>) -> SMatrix<S, 10, 10> {
+        let ([rho, phi, nu], iota) = (split(tau), tau[9]);
+        let k = Stumpff::new(phi.norm_squared());
+        let [p, q] = [rho, nu].map(|v| right_coupling(&v, &phi, &k));
+        // J_l at −τ: U and Γ₂ν are taken at (−ν, −φ), and ι changes sign.
+        let u = time_coupling(&-nu, &-phi, &k) * iota;
+        let turned = phi.cross(&nu);
+        // J − Γ₂, of which I − ½I is exact.
+        let lag = polynomial(&phi, k.c3 - k.c2, k.c3 - k.c4) - Matrix3::from_diagonal_element(S::lit(0.5));
+        Blocks {
+            a: polynomial(&phi, -k.c2, k.c3),
+            b: p + u,
+            c: lag * iota,
+            d: turned * k.c3 - nu * S::lit(0.5) - phi.cross(&turned) * k.c4,
+            e: q,
+            f: S::one(),
+        }
+        .matrix()
+    }
+    #[inline]
+    fn right_jacobian_inverse(tau: &SVector<S, 10>) -> SMatrix<S, 10, 10> {
+        let [_, phi] = split(tau);
+        let k = Stumpff::new(phi.norm_squared());
+        let [right, _] = inverses(tau, &k, k.d());
+        right
+    }
+    #[inline]
+    fn log_jacs(&self) -> (SVector<S, 10>, SMatrix<S, 10, 10>, SMatrix<S, 10, 10>) {
+        let phi = self.rotation().log();
+        let k = Stumpff::new(phi.norm_squared());
+        let d = k.d();
+        let tau = join(self, &phi, d);
+        let [right, left] = inverses(&tau, &k, d);
+        (tau, right, left)
+    }
+    fn hat(tau: &SVector<S, 10>) -> SMatrix<S, 5, 5> {
+        let mut m = SE23::hat(&tau.fixed_rows::<9>(0).into_owned());
+        m[(3, 4)] = tau[9];
+        m
+    }
+    fn vee(algebra: &SMatrix<S, 5, 5>) -> SVector<S, 10> {
+        SE23::vee(algebra).push(algebra[(3, 4)])
+    }
+    fn map<T: Real>(&self, f: impl Fn(S) -> T) -> SGal3<T> {
+        SGal3::from_extended(self.extended.map(&f), f(self.time))
+    }
+}
+
+/// Events (p, τ): a place in metres and a time in seconds.
+impl<S: Real> Action<10, 4> for SGal3<S> {
+    #[inline]
+    fn act(&self, event: &Vector4<S>) -> Vector4<S> {
+        let place = self.extended.act(&event.xyz()) + self.velocity() * event.w;
+        Vector4::new(place.x, place.y, place.z, event.w + self.time)
+    }
+    /// \[R v; 0 1\].
+    #[inline]
+    fn linear_part(&self) -> Matrix4<S> {
+        let mut m = self.rotation().to_matrix().to_homogeneous();
+        m.fixed_view_mut::<3, 1>(0, 3).copy_from(&self.velocity());
+        m
+    }
+    /// \[I, −p^, τI, 0; 0, 0, 0, 1\].
+    #[inline]
+    fn generators_at(event: &Vector4<S>) -> SMatrix<S, 4, 10> {
+        let mut g = SMatrix::<S, 4, 10>::zeros();
+        g.fixed_view_mut::<3, 3>(0, 0).fill_with_identity();
+        g.fixed_view_mut::<3, 3>(0, 3).copy_from(&-skew(&event.xyz()));
+        g.fixed_view_mut::<3, 3>(0, 6).fill_diagonal(event.w);
+        g[(3, 9)] = S::one();
+        g
+    }
+}
+
+impl<S: Real> Mul for SGal3<S> {
+    type Output = Self;
+    #[inline]
+    fn mul(self, rhs: Self) -> Self {
+        self.compose(&rhs)
+    }
+}
+
+impl<S: Real> Mul<Vector4<S>> for SGal3<S> {
+    type Output = Vector4<S>;
+    #[inline]
+    fn mul(self, event: Vector4<S>) -> Vector4<S> {
+        self.act(&event)
+    }
+}
