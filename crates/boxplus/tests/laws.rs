@@ -143,7 +143,9 @@ mod dual_numbers {
         group::<SE23, 9>((3, 3));
         group::<SGal3, 10>((3, 3));
         group::<Sim3, 7>((3, 3));
+        group::<Sim3, 7>((3, 4)); // σ vanishes with θ
         group::<Sim2, 4>((2, 1));
+        group::<Sim2, 4>((2, 2));
     }
 
     #[test]

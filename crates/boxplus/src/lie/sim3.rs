@@ -30,8 +30,8 @@
 //! ```
 
 use super::se23::split;
-use super::similarity::{Growth, SimilarityJacobian};
-use super::so3::{check_affine, polynomial, skew};
+use super::similarity::{Growth, Polynomial, SimilarityJacobian};
+use super::so3::{check_affine, skew};
 use super::{Action, LieError, LieGroup, Real, SE3, SO3, Stumpff};
 use core::ops::Mul;
 use nalgebra::{Matrix3, Matrix4, SMatrix, SVector, Vector3};
@@ -212,8 +212,9 @@ impl<S: Real> LieGroup<7> for Sim3<S> {
     #[inline]
     fn left_jacobian(tau: &SVector<S, 7>) -> SMatrix<S, 7, 7> {
         let (rho, phi, sigma) = parts(tau);
-        let k = SimilarityJacobian::new(&rho, &phi, sigma);
-        block(&k.g, &k.s, &k.c, &k.j, S::one())
+        let k = SimilarityJacobian::new(sigma, phi.norm_squared());
+        let column = -(k.h.matrix(&phi) * rho);
+        block(&k.g.matrix(&phi), &k.s.matrix(&rho, &phi), &column, &k.j.matrix(&phi), S::one())
     }
     #[inline]
     fn right_jacobian_inverse(tau: &SVector<S, 7>) -> SMatrix<S, 7, 7> {
@@ -223,10 +224,12 @@ impl<S: Real> LieGroup<7> for Sim3<S> {
     fn left_jacobian_inverse(tau: &SVector<S, 7>) -> SMatrix<S, 7, 7> {
         let (rho, phi, sigma) = parts(tau);
         let x = phi.norm_squared();
-        let k = SimilarityJacobian::new(&rho, &phi, sigma);
-        let g = Growth::new(sigma, x).inverse_matrix(&phi);
-        let j = polynomial(&phi, -S::lit(0.5), Stumpff::new(x).d());
-        block(&g, &-(g * k.s * j), &-(g * k.c), &j, S::one())
+        let k = SimilarityJacobian::new(sigma, x);
+        let g = Growth::new(sigma, x).inverse_polynomial();
+        let j = Polynomial([S::one(), S::lit(-0.5), Stumpff::new(x).d()]);
+        let coupling = -k.s.after(&g, x).before(&j, x).matrix(&rho, &phi);
+        let column = g.matrix(&phi) * (k.h.matrix(&phi) * rho);
+        block(&g.matrix(&phi), &coupling, &column, &j.matrix(&phi), S::one())
     }
     /// One side only: nothing is shared with the other.
     #[inline]

@@ -11,7 +11,7 @@
 //! Two regimes each, not the usual four: where σ² + x < 4 the power series, elsewhere the quotients, whose denominators are
 //! then harmless. Within 3ε for |σ| ≤ 6, θ ≤ π, `f32` and `f64`, whichever of σ and θ vanishes.
 
-use super::so3::{polynomial, skew};
+use super::so3::skew;
 use super::{Real, Stumpff};
 use nalgebra::{Matrix3, Vector2, Vector3};
 
@@ -106,11 +106,10 @@ impl<S: Real> Growth<S> {
         combine(phi, a, b, c, v)
     }
 
-    /// G⁻¹, 3×3.
+    /// G⁻¹ as a polynomial in φ^.
     #[inline]
-    pub(super) fn inverse_matrix(&self, phi: &Vector3<S>) -> Matrix3<S> {
-        let ([a, b, c], w) = (self.inverse(), skew(phi));
-        Matrix3::from_diagonal_element(a) + w * b + w * w * c
+    pub(super) fn inverse_polynomial(&self) -> Polynomial<S> {
+        Polynomial(self.inverse())
     }
 
     fn inverse(&self) -> [S; 3] {
@@ -137,70 +136,155 @@ fn mean_growth<S: Real>(sigma: S) -> S {
     )
 }
 
-/// The blocks of the left Jacobian of Sim(3), \[G, S, c; 0, J, 0; 0, 0, 1\].
+/// a·I + b·W + c·W², W = φ^.
+#[derive(Clone, Copy)]
+pub(super) struct Polynomial<S>(pub(super) [S; 3]);
+
+impl<S: Real> Polynomial<S> {
+    /// The product, by W³ = −xW.
+    #[inline]
+    fn times(&self, other: &Self, x: S) -> Self {
+        let (Self([a, b, c]), Self([d, e, f])) = (self, other);
+        Self([
+            *a * *d,
+            *a * *e + *b * *d - x * (*b * *f + *c * *e),
+            *a * *f + *b * *e + *c * *d - x * *c * *f,
+        ])
+    }
+
+    /// self + f·other.
+    #[inline]
+    fn plus(&self, f: S, other: &Self) -> Self {
+        Self(core::array::from_fn(|i| self.0[i] + f * other.0[i]))
+    }
+
+    #[inline]
+    pub(super) fn matrix(&self, phi: &Vector3<S>) -> Matrix3<S> {
+        let (Self([a, b, c]), w) = (self, skew(phi));
+        Matrix3::from_diagonal_element(*a) + w * *b + w * w * *c
+    }
+}
+
+/// A matrix linear in ρ: the coefficients of P, WP, PW, W²P, (φ·ρ)W and (φ·ρ)W², with P = ρ^.
+///
+/// Products with W stay within these six, by WPW = −(φ·ρ)W, PW² = −xP − W²P − (φ·ρ)W and W³ = −xW.
+#[derive(Clone, Copy)]
+pub(super) struct Coupling<S>([S; 6]);
+
+impl<S: Real> Coupling<S> {
+    /// self + f·other.
+    #[inline]
+    fn plus(&self, f: S, other: &Self) -> Self {
+        Self(core::array::from_fn(|i| self.0[i] + f * other.0[i]))
+    }
+
+    /// W·self.
+    #[inline]
+    fn turned(&self, x: S) -> Self {
+        let Self([p, wp, pw, wwp, first, second]) = *self;
+        Self([S::zero(), p - x * wwp, S::zero(), wp, -pw - x * second, first])
+    }
+
+    /// self·W.
+    #[inline]
+    fn turning(&self, x: S) -> Self {
+        let Self([p, wp, pw, wwp, first, second]) = *self;
+        Self([-x * pw, S::zero(), p, -pw, -wp - pw - x * second, first - wwp])
+    }
+
+    /// `m`·self.
+    #[inline]
+    pub(super) fn after(&self, m: &Polynomial<S>, x: S) -> Self {
+        let once = self.turned(x);
+        Self(self.0.map(|s| s * m.0[0])).plus(m.0[1], &once).plus(m.0[2], &once.turned(x))
+    }
+
+    /// self·`m`.
+    #[inline]
+    pub(super) fn before(&self, m: &Polynomial<S>, x: S) -> Self {
+        let once = self.turning(x);
+        Self(self.0.map(|s| s * m.0[0])).plus(m.0[1], &once).plus(m.0[2], &once.turning(x))
+    }
+
+    #[inline]
+    pub(super) fn matrix(&self, rho: &Vector3<S>, phi: &Vector3<S>) -> Matrix3<S> {
+        let Self([a, b, c, d, first, second]) = *self;
+        let (w, p, dot) = (skew(phi), skew(rho), phi.dot(rho));
+        let wp = w * p;
+        p * a + wp * b + wp.transpose() * c + w * (wp * d + w * (dot * second)) + w * (dot * first)
+    }
+}
+
+/// The coefficients of the left Jacobian of Sim(3), \[G, S, −Hρ; 0, J, 0; 0, 0, 1\], at one (σ, |φ|²).
 pub(super) struct SimilarityJacobian<S> {
-    /// G = Σ Zⁱ/(i + 1)!, with Z = σI + φ^: ∂ρ-block.
-    pub(super) g: Matrix3<S>,
-    /// S = Σ Zⁱρ^(φ^)ʲ/(i + j + 2)!: the coupling of the rotation.
-    pub(super) s: Matrix3<S>,
-    /// c = −Σ Zⁱρ/(i + 2)!: the coupling of the scale.
-    pub(super) c: Vector3<S>,
+    /// G = Σ Zⁱ/(i + 1)!, with Z = σI + W.
+    pub(super) g: Polynomial<S>,
+    /// S = Σ ZⁱPWʲ/(i + j + 2)!, the coupling of the rotation.
+    pub(super) s: Coupling<S>,
+    /// H = Σ Zⁱ/(i + 2)!, the coupling of the scale.
+    pub(super) h: Polynomial<S>,
     /// J_l(φ).
-    pub(super) j: Matrix3<S>,
+    pub(super) j: Polynomial<S>,
 }
 
 /// Halved until √(σ² + x) ≤ ½, where this many terms of the series leave less than ε/10: ½¹⁶/17! ≪ ε.
 const JACOBIAN_TERMS: usize = 17;
 
 impl<S: Real> SimilarityJacobian<S> {
-    /// At the tangent (ρ, φ, σ): the series at τ/2ᵏ, then k times J_l(2τ) = ½(I + Ad_{Exp τ})·J_l(τ).
+    /// The series at τ/2ᵏ, then k times J_l(2τ) = ½(I + Ad_{Exp τ})·J_l(τ).
     ///
-    /// In scalar coefficients S would need several regimes, for σ and θ vanish independently. Doubling needs none, loses no
-    /// digits, and serves all blocks at once.
-    pub(super) fn new(rho: &Vector3<S>, phi: &Vector3<S>, sigma: S) -> Self {
-        let (halvings, mut scale) = halvings(phi.norm_squared().value() + sigma.value() * sigma.value());
-        let part = |scale: f64| (rho * S::lit(scale), phi * S::lit(scale), sigma * S::lit(scale));
-        let (rho_k, phi_k, sigma_k) = part(scale);
-        let mut blocks = Self::series(&rho_k, &phi_k, sigma_k);
+    /// In closed form S would need several regimes, for σ and θ vanish independently. Doubling needs none, loses no digits,
+    /// and serves all blocks at once.
+    pub(super) fn new(sigma: S, x: S) -> Self {
+        let (halvings, mut scale) = halvings(x.value() + sigma.value() * sigma.value());
+        let mut jacobian = Self::series(sigma, x, S::lit(scale));
         for _ in 0..halvings {
-            let (rho_k, phi_k, sigma_k) = part(scale);
-            blocks = blocks.doubled(&rho_k, &phi_k, sigma_k);
+            jacobian = jacobian.doubled(sigma, x, S::lit(scale));
             scale *= 2.0;
         }
-        blocks
+        jacobian
     }
 
-    fn series(rho: &Vector3<S>, phi: &Vector3<S>, sigma: S) -> Self {
-        let (w, p) = (skew(phi), skew(rho));
-        let z = w + Matrix3::from_diagonal_element(sigma);
-        let (mut zn, mut wn, mut tn) = (Matrix3::identity(), Matrix3::identity(), Matrix3::zeros());
-        let (mut g, mut s, mut c, mut j) = (zn, tn, Vector3::zeros(), wn);
+    /// At τ·`scale`, in powers of the unscaled W.
+    fn series(sigma: S, x: S, scale: S) -> Self {
+        let (one, o) = (S::one(), S::zero());
+        let (z, w) = (Polynomial([sigma * scale, scale, o]), Polynomial([o, scale, o]));
+        let identity = Polynomial([one, o, o]);
+        let (mut zn, mut wn) = (identity, identity);
+        let (mut tn, mut pw) = (Coupling([o; 6]), Coupling([scale, o, o, o, o, o]));
+        let (mut g, mut s, mut h, mut j) = (identity, tn, Polynomial([o; 3]), identity);
         let mut factor = 1.0;
         for k in 1..=JACOBIAN_TERMS {
             // adᵏ = [Zᵏ, T_k, −Zᵏ⁻¹ρ; 0, Wᵏ, 0; 0, 0, 0], T_{k+1} = Z·T_k + P·Wᵏ.
             factor /= (k + 1) as f64;
             let f = S::lit(factor);
-            tn = z * tn + p * wn;
-            c -= zn * rho * f;
-            (zn, wn) = (z * zn, w * wn);
-            (g, s, j) = (g + zn * f, s + tn * f, j + wn * f);
+            tn = tn.after(&z, x).plus(one, &pw);
+            h = h.plus(f * scale, &zn);
+            (zn, wn, pw) = (zn.times(&z, x), wn.times(&w, x), pw.before(&w, x));
+            (g, s, j) = (g.plus(f, &zn), s.plus(f, &tn), j.plus(f, &wn));
         }
-        Self { g, s, c, j }
+        Self { g, s, h, j }
     }
 
-    /// From τ to 2τ.
-    fn doubled(&self, rho: &Vector3<S>, phi: &Vector3<S>, sigma: S) -> Self {
-        let Self { g, s, c, j } = self;
+    /// From τ·`scale` to twice that.
+    fn doubled(&self, sigma: S, x: S, scale: S) -> Self {
+        let k = Stumpff::new(x * scale * scale);
+        let r = Polynomial([S::one(), k.c1 * scale, k.c2 * scale * scale]);
+        let growth = (sigma * scale).simd_exp();
+        let Polynomial([a, b, c]) = self.g;
+        // t^ for t = Gρ, by (φ×ρ)^ = WP − PW and (φ×(φ×ρ))^ = (φ·ρ)W − xP.
+        let t = Coupling([a - x * c, b, -b, S::zero(), c, S::zero()]);
+        let pushed = t.before(&r.times(&self.j, x), x);
         let half = S::lit(0.5);
-        let t = g * rho;
-        let k = Stumpff::new(phi.norm_squared());
-        let r = polynomial(phi, k.c1, k.c2);
-        let sr = r * sigma.simd_exp();
+        let mean = |m: &Polynomial<S>, grown: S| {
+            Polynomial(m.0.map(|c| c * half)).plus(grown * half, &r.times(m, x))
+        };
+        let s = Coupling(self.s.0.map(|c| c * half)).plus(growth * half, &self.s.after(&r, x));
         Self {
-            g: (g + sr * g) * half,
-            s: (s + sr * s + skew(&t) * r * j) * half,
-            c: (c + sr * c - t) * half,
-            j: (j + r * j) * half,
+            g: mean(&self.g, growth),
+            s: s.plus(scale * half, &pushed),
+            h: mean(&self.h, growth).plus(scale * half, &self.g),
+            j: mean(&self.j, S::one()),
         }
     }
 }
