@@ -29,7 +29,7 @@ const fn bound(name: &'static str, relative_to: &'static str, principal: f64, be
 
 /// Up to π everything is below 8 ε but e, which enters Q̃ with a small factor only. Measured over eight independent sets
 /// of directions, plus a fifth for the trigonometry of other platforms; the coefficients up to π use none. Of the groups
-/// after SE(3) six sets were measured, their tables end at π; SE₂(3) is SE(3) bit for bit (`tests/groups.rs`).
+/// after SE(3) six sets were measured, their tables end at π; SE₂(3) is SE(3) bit for bit (`tests/groups`).
 const BOUNDS: &[Bound] = &[
     bound("c₁", "the larger of c₁, θc₂", 1.5, 1.5),
     bound("c₂", "itself", 2.0, 2.0),
@@ -563,7 +563,7 @@ Beyond π, where no logarithm leads, errors are given in multiples of θ/(2π �
 inverse Jacobians have a pole, and there the rounding of θ² itself is amplified. e enters Q̃ only as e(φ·ρ)φ^².
 
 SE₂(3) has no rows of its own: its position and its velocity are, bit for bit, the translation of SE(3), and so are their
-blocks of every Jacobian (`tests/groups.rs`). The same holds of SGal(3) but for its position and the blocks named here, those
+blocks of every Jacobian (`tests/groups`). The same holds of SGal(3) but for its position and the blocks named here, those
 of row ρ. Sim(3) and Sim(2) are measured for |σ| ≤ 6, with σ and θ vanishing independently; their rotations are those of SO(3)
 and SO(2). Names of blocks are those of the module docs.
 
