@@ -1,4 +1,4 @@
-//! Lie groups: one trait here, one file per group.
+//! Lie groups: one trait here, one file per group in `groups`.
 //!
 //! A pose is not a vector: poses cannot be added, and three angles have no continuous chart. But near any pose the motions
 //! form a vector space, the tangent, and Exp carries it onto the group. All of estimation needs only this: step along a
@@ -31,37 +31,19 @@
 
 mod action;
 mod error;
-mod homogeneous;
+mod groups;
 pub mod laws;
 mod left;
 mod manifold;
 mod real;
-mod rn;
-mod se2;
-mod se23;
-mod se3;
-mod sgal3;
-mod sim2;
-mod sim3;
-mod similarity;
-mod so2;
-mod so3;
 mod stumpff;
 
 pub use action::{Action, PointJac};
 pub use error::LieError;
+pub use groups::{Rn, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
 pub use left::LeftJacobians;
 pub use manifold::Manifold;
 pub use real::Real;
-pub use rn::Rn;
-pub use se2::SE2;
-pub use se3::SE3;
-pub use se23::SE23;
-pub use sgal3::SGal3;
-pub use sim2::Sim2;
-pub use sim3::Sim3;
-pub use so2::SO2;
-pub use so3::SO3;
 pub use stumpff::Stumpff;
 
 use core::fmt::Debug;

@@ -1,8 +1,8 @@
 //! The derivatives of every operation.
 
-use super::super::{LeftJacobians, LieGroup, Real};
 use super::Verdict;
 use super::sample::{Sample, close, difference, difference_error, largest, rounding, same};
+use crate::lie::{LeftJacobians, LieGroup, Real};
 use nalgebra::SVector;
 
 /// Every `_jac` returns the value of the plain operation and its derivative, by central differences.

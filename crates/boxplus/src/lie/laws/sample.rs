@@ -1,7 +1,7 @@
 //! What the laws are tried on, and how their numbers are found and compared.
 
-use super::super::{LieGroup, Real, Tangent};
 use super::{Verdict, Violation};
+use crate::lie::{LieGroup, Real, Tangent};
 use nalgebra::{SMatrix, SVector};
 
 /// Lengths of the tangents of one round, as fractions of the radius.

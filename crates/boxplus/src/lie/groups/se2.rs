@@ -6,7 +6,7 @@
 //! J_l = [M, q; 0, 1],  q = (θc₃ρ₁ + c₂ρ₂, θc₃ρ₂ − c₂ρ₁)
 //! J_l⁻¹ = [M⁻¹, q̃; 0, 1],  q̃ = (θdρ₁ − ½ρ₂, θdρ₂ + ½ρ₁)        J_r(τ) = J_l(−τ)
 //! ```
-//! Solà et al. (2018) (152)–(168), with the coefficients of [`super::Stumpff`]; q̃ = −M⁻¹q without the product.
+//! Solà et al. (2018) (152)–(168), with the coefficients of [`crate::lie::Stumpff`]; q̃ = −M⁻¹q without the product.
 //!
 //! Pitfall: Exp(ρ, θ) does not translate by ρ: ρ is a constant velocity in the turning body frame. For a pose with
 //! translation t and angle θ use [`SE2::new`].
@@ -18,7 +18,7 @@
 //! assert!((quarter_circle.translation() - Vector2::new(1.0, 1.0)).norm() < 1e-15);
 //! ```
 
-use super::{Action, LieError, LieGroup, Real, SO2, Stumpff};
+use crate::lie::{Action, LieError, LieGroup, Real, SO2, Stumpff};
 use core::ops::Mul;
 use nalgebra::{Matrix2, Matrix3, SMatrix, Vector2, Vector3};
 

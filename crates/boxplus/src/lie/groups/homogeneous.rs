@@ -20,7 +20,7 @@
 //! ```
 
 use super::so3::skew;
-use super::{Action, Real, SE2, SE3};
+use crate::lie::{Action, Real, SE2, SE3};
 use nalgebra::{Matrix3, Matrix4, SMatrix, Vector3, Vector4};
 
 impl<S: Real> SE3<S> {

@@ -8,7 +8,7 @@
 //! Q̃ = −½ρ^ + d(φ^ρ^ + ρ^φ^) + (φ·ρ)e·φ^²        J_r(τ) = J_l(−τ), whose blocks are Jᵀ and Qᵀ
 //! ```
 //! Barfoot (2024) (8.91), Solà et al. (2018) (170)–(180). Q is the derivative of J_l(φ) along ρ, which gives the form above with
-//! the coefficients of [`super::Stumpff`]; Q̃ = −J⁻¹QJ⁻¹ without the products.
+//! the coefficients of [`crate::lie::Stumpff`]; Q̃ = −J⁻¹QJ⁻¹ without the products.
 //!
 //! Pitfalls. J_r is *not* J_lᵀ (the coupling block stays upper right). Exp(ρ, φ) does not translate by ρ, see
 //! [`SE3::new`]. Tangents are translation first; other libraries put the rotation first.
@@ -24,7 +24,7 @@
 //! ```
 
 use super::so3::{check_affine, polynomial, skew};
-use super::{Action, LieError, LieGroup, Real, SO3, Stumpff};
+use crate::lie::{Action, LieError, LieGroup, Real, SO3, Stumpff};
 use core::ops::Mul;
 use nalgebra::{Matrix3, Matrix4, Matrix6, SMatrix, Vector3, Vector6};
 

@@ -12,7 +12,7 @@
 //! Ũ = −r·ν^ + b(φ·ν)φ^ + ½e(φmᵀ + mφᵀ),  m = φ×ν,  r = c₃/(4c₂),  b = (c₃β₁ − c₂β₂)/(4c₂²)
 //! J = J_l(φ),  Γ₂ = ½I + c₃φ^ + c₄φ^²,  Q and Q̃ as in SE(3)                                 J_r(τ) = J_l(−τ)
 //! ```
-//! Kelly (2023), arXiv 2312.07555, in our order of coordinates. The form of U in [`super::Stumpff`] functions has no special
+//! Kelly (2023), arXiv 2312.07555, in our order of coordinates. The form of U in [`crate::lie::Stumpff`] functions has no special
 //! case at θ = 0. Nor does J_l⁻¹ need a matrix product: J⁻¹Γ₂ = ½I − d·φ^, J⁻¹(J − Γ₂)J⁻¹ = ½I − 2r·φ^, and Ũ is what
 //! J⁻¹UJ⁻¹ + J⁻¹(J − Γ₂)Q̃(ν) amounts to.
 //!
@@ -39,7 +39,7 @@
 use super::se3::{right_coupling, right_coupling_inverse, turn, unturn};
 use super::se23::split;
 use super::so3::{check_affine, polynomial, skew};
-use super::{Action, LieError, LieGroup, Real, SE23, SO3, Stumpff};
+use crate::lie::{Action, LieError, LieGroup, Real, SE23, SO3, Stumpff};
 use core::ops::Mul;
 use nalgebra::{Matrix3, Matrix4, SMatrix, SVector, Vector3, Vector4};
 

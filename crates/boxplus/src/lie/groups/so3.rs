@@ -5,7 +5,7 @@
 //! Log: φ = 2·atan2(|v|, w)/|v| · v with w ≥ 0 by q ≡ −q
 //! Ad = R    ad = φ^    J_r = I − c₂φ^ + c₃φ^²    J_r⁻¹ = I + ½φ^ + d·φ^²    J_l = J_rᵀ
 //! ```
-//! Solà et al. (2018) (138)–(149), coefficients of [`super::Stumpff`]. The logarithm never takes an arc cosine of a trace or
+//! Solà et al. (2018) (138)–(149), coefficients of [`crate::lie::Stumpff`]. The logarithm never takes an arc cosine of a trace or
 //! of w, which loses half the digits near 0 and near π: Log is within 2ε of the truth, relative to θ, for every θ ≤ π.
 //!
 //! Pitfalls. q and −q are one rotation: `==` knows, component-wise comparison does not. At θ = π both φ and −φ are
@@ -20,7 +20,7 @@
 //! assert!((p_world - Vector3::new(0.0, 1.0, 0.0)).norm() < 1e-15);
 //! ```
 
-use super::{Action, LieError, LieGroup, Real, Stumpff};
+use crate::lie::{Action, LieError, LieGroup, Real, Stumpff};
 use core::ops::Mul;
 use nalgebra::{Matrix3, Matrix4, SMatrix, SimdComplexField, Vector3};
 

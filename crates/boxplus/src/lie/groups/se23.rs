@@ -12,7 +12,7 @@
 //! the state, which invariant filters live on.
 //!
 //! Pitfalls. X·Y is no motion in time: velocities add as positions do, and p does not grow by v·t; the group with a clock
-//! is [`super::SGal3`]. A point is moved by the pose alone, the velocity columns of its Jacobian are zero. The matrix holds v
+//! is [`crate::lie::SGal3`]. A point is moved by the pose alone, the velocity columns of its Jacobian are zero. The matrix holds v
 //! before p, the tangent ρ before ν; Barrau and Brossard order it (φ, ν, ρ).
 //!
 //! ```
@@ -28,7 +28,7 @@
 
 use super::se3::{right_coupling, right_coupling_inverse, turn, unturn};
 use super::so3::{check_affine, polynomial, skew};
-use super::{Action, LieError, LieGroup, Real, SE3, SO3, Stumpff};
+use crate::lie::{Action, LieError, LieGroup, Real, SE3, SO3, Stumpff};
 use core::ops::Mul;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 

@@ -10,7 +10,7 @@
 //! assert_eq!(bias.plus(&step).minus(&bias), step);
 //! ```
 
-use super::{Action, LieGroup, Real};
+use crate::lie::{Action, LieGroup, Real};
 use core::ops::Mul;
 use nalgebra::{SMatrix, SVector};
 

@@ -10,7 +10,7 @@
 //! ```
 //! At σ = 0 this is SE(2): Solà et al. (2018) (152)–(168), with φ₁(iθ) = c₁ + iθc₂ and φ₂(iθ) = c₂ + iθc₃.
 //!
-//! The logarithm of the scale is stored, for the reasons given at [`super::Sim3`].
+//! The logarithm of the scale is stored, for the reasons given at [`crate::lie::Sim3`].
 //!
 //! Pitfall: ρ is no translation; for a similarity with given translation, angle and scale use [`Sim2::from_scale`].
 //!
@@ -27,7 +27,7 @@
 use super::sim3::log_scale;
 use super::similarity::{over, phi, times};
 use super::so3::check_affine;
-use super::{Action, LieError, LieGroup, Real, SE2, SO2};
+use crate::lie::{Action, LieError, LieGroup, Real, SE2, SO2};
 use core::ops::Mul;
 use nalgebra::{Matrix2, Matrix3, Matrix4, SMatrix, Vector2, Vector4};
 

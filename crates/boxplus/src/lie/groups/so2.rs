@@ -13,7 +13,7 @@
 //! assert!(((quarter * quarter * quarter).angle() + std::f64::consts::FRAC_PI_2).abs() < 1e-15);
 //! ```
 
-use super::{Action, LieError, LieGroup, Real};
+use crate::lie::{Action, LieError, LieGroup, Real};
 use core::ops::Mul;
 use nalgebra::{Matrix2, SMatrix, SVector, SimdComplexField, Vector1, Vector2};
 

@@ -12,7 +12,7 @@
 //! then harmless. Within 3ε for |σ| ≤ 6, θ ≤ π, `f32` and `f64`, whichever of σ and θ vanishes.
 
 use super::so3::skew;
-use super::{Real, Stumpff};
+use crate::lie::{Real, Stumpff};
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 /// Below σ² + θ² = 4 the series: its terms never exceed the sum, and from here on (eᶻ − 1 − z)/z² cancels no digit.

@@ -32,7 +32,7 @@
 use super::se23::split;
 use super::similarity::{Growth, Polynomial, SimilarityJacobian};
 use super::so3::{check_affine, skew};
-use super::{Action, LieError, LieGroup, Real, SE3, SO3, Stumpff};
+use crate::lie::{Action, LieError, LieGroup, Real, SE3, SO3, Stumpff};
 use core::ops::Mul;
 use nalgebra::{Matrix3, Matrix4, SMatrix, SVector, Vector3};
 

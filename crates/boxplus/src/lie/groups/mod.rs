@@ -1,0 +1,23 @@
+//! The groups, one file each: required items, constructors with their errors, and the page that teaches it.
+
+mod homogeneous;
+mod rn;
+mod se2;
+mod se23;
+mod se3;
+mod sgal3;
+mod sim2;
+mod sim3;
+mod similarity;
+mod so2;
+mod so3;
+
+pub use rn::Rn;
+pub use se2::SE2;
+pub use se3::SE3;
+pub use se23::SE23;
+pub use sgal3::SGal3;
+pub use sim2::Sim2;
+pub use sim3::Sim3;
+pub use so2::SO2;
+pub use so3::SO3;
