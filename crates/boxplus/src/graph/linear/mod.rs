@@ -1,7 +1,15 @@
-//! The linear problem behind each step: assembled block by block, factorised sparse.
+//! The linear problem behind each step: assembled block by block, factorised front by front.
 
 pub(crate) mod cholesky;
 pub(crate) mod evaluate;
+mod kernels;
+mod ordering;
+pub(crate) mod pattern;
 mod pool;
+mod selected_inverse;
 pub(crate) mod structure;
+mod symbolic;
 pub(crate) mod vector;
+
+#[cfg(test)]
+mod tests;

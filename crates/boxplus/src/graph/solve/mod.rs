@@ -94,7 +94,7 @@ pub(super) fn optimize(
     let gauge = gauge::fix(sets, &mut values);
     let structure = Structure::new(sets, &values)?;
     let mut evaluator = Evaluator::new(sets, options.threads);
-    let cholesky = Cholesky::new(&structure.pattern, 1)?;
+    let cholesky = Cholesky::new(&structure.pattern)?;
     let report = SolveReport {
         initial_cost: evaluator.cost(&values),
         cost: 0.0,
@@ -113,7 +113,7 @@ pub(super) fn optimize(
         trial: values.clone(),
         best: None,
         cost: report.initial_cost,
-        region: Region::new(options, &system.normal),
+        region: Region::new(options, structure.size()),
         system,
         values,
         evaluator,

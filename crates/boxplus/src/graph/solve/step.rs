@@ -39,8 +39,6 @@ pub(crate) struct Region {
     trust: Trust,
     /// D: the diagonal of H, with 1 for its zeros.
     diagonal: Vec<f64>,
-    /// H + λD.
-    damped: Vec<f64>,
     /// λ of the matrix last factorised, NaN before the first.
     factored: f64,
     /// For dogleg: the Gauss–Newton step and the Cauchy step of this linearisation.
@@ -75,7 +73,7 @@ const ACCEPT: f64 = 1e-3;
 const CLIMBS: u32 = 5;
 
 impl Region {
-    pub(crate) fn new(options: &SolveOptions, normal: &Normal) -> Self {
+    pub(crate) fn new(options: &SolveOptions, size: usize) -> Self {
         let trust = match options.algorithm {
             Algorithm::LevenbergMarquardt => {
                 // max also cures what is not a number.
@@ -84,13 +82,7 @@ impl Region {
             Algorithm::GaussNewton => Trust::Full { climbs: 0 },
             Algorithm::Dogleg => Trust::Radius(options.initial_radius.max(SMALLEST_RADIUS)),
         };
-        Self {
-            trust,
-            diagonal: vec![0.0; normal.gradient.len()],
-            damped: vec![0.0; normal.matrix.len()],
-            factored: f64::NAN,
-            steps: None,
-        }
+        Self { trust, diagonal: vec![0.0; size], factored: f64::NAN, steps: None }
     }
 
     /// Takes note of new normal equations.
@@ -186,17 +178,14 @@ impl Region {
     /// −(H + λD)⁻¹g.
     fn solve(&mut self, lambda: f64, system: &mut System<'_>) -> Option<Vec<f64>> {
         let start = system.clock.seconds();
-        self.damped.copy_from_slice(&system.normal.matrix);
-        for (&at, d) in system.structure.diagonal.iter().zip(&self.diagonal) {
-            self.damped[at] += lambda * d;
-        }
         self.factored = lambda;
-        let done = system.cholesky.factorise(&system.structure.pattern, &self.damped);
+        let Normal { matrix, gradient } = &system.normal;
+        let done = system.cholesky.factorise_with(matrix, (lambda, &self.diagonal), gradient);
         let middle = system.clock.seconds();
         system.seconds.factorise += middle - start;
         done.ok()?;
-        let mut delta: Vec<f64> = system.normal.gradient.iter().map(|g| -g).collect();
-        system.cholesky.solve(&mut delta);
+        let mut delta = system.cholesky.solution();
+        delta.iter_mut().for_each(|x| *x = -*x);
         system.seconds.solve += system.clock.seconds() - middle;
         delta.iter().all(|x| x.is_finite()).then_some(delta)
     }
