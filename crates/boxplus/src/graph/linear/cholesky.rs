@@ -17,9 +17,14 @@
 //! rows below. The panels and updates of an unchanged subtree may be kept when variables join elsewhere; incremental
 //! smoothing is to eliminate again only the fronts between the changed variables and the root.
 
-use super::kernels::{Extension, Kernels, Matrix, Product, Run, SLACK};
+use std::sync::Arc;
+
+use core::ops::Range;
+
+use super::kernels::{Extension, Kernels, Matrix, Product, SLACK};
 use super::pattern::Pattern;
-use super::symbolic::Symbolic;
+use super::plan::{Front, Plan};
+use super::pool::Pool;
 use crate::graph::GraphError;
 
 /// A pivot was not positive: the matrix is not (numerically) positive definite.
@@ -36,65 +41,26 @@ pub(crate) struct Cholesky {
     scratch: Vec<f64>,
     /// The entries of A⁻¹ in the pattern of L, where they were asked for.
     pub(super) inverse: Vec<f64>,
+    pool: Option<Arc<Pool>>,
+    workers: Vec<Worker>,
 }
 
-/// Where everything goes.
-#[derive(Debug, Default)]
-pub(super) struct Plan {
-    size: usize,
-    pub(super) fronts: Vec<Front>,
-    loads: Vec<Load>,
-    runs: Vec<Run>,
-    children: Vec<u32>,
-    /// Numbers in L.
-    factor_len: usize,
-    pub(super) tallest: usize,
+/// The stacks of a thread that eliminates a subtree, and where they stand in the common ones.
+struct Worker {
+    stacks: [Vec<f64>; 2],
+    bases: [usize; 2],
 }
 
-/// One supernode. Its matrix has `rows` rows, of which the first `pivots` are eliminated here, and the right-hand side below.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Front {
-    /// First pivot, in scalars of the matrix.
-    pub(super) start: usize,
-    pub(super) pivots: usize,
-    pub(super) rows: usize,
-    /// First number of its columns in the panels.
-    pub(super) panel: usize,
-    /// First number of its columns in the selected inverse, each `rows` high.
-    pub(super) inverse: usize,
-    /// Which stack its update is on, and where.
-    pub(super) stack: usize,
-    pub(super) update: usize,
-    /// Its parts of the lists of the plan.
-    loads: (usize, usize),
-    runs: (usize, usize),
-    children: (usize, usize),
-}
-
-impl Front {
-    pub(super) fn below(&self) -> usize {
-        self.rows - self.pivots
+impl Worker {
+    fn new(plan: &Plan, task: &Range<usize>) -> Result<Self, GraphError> {
+        let (mut bases, mut ends) = ([usize::MAX; 2], [0; 2]);
+        for front in &plan.fronts[task.clone()] {
+            bases[front.stack] = bases[front.stack].min(front.update);
+            ends[front.stack] = ends[front.stack].max(front.update + front.update_len());
+        }
+        let length = |i: usize| ends[i].saturating_sub(bases[i]);
+        Ok(Self { stacks: [zeros(length(0))?, zeros(length(1))?], bases })
     }
-    /// Height of its columns in the panels.
-    pub(super) fn stride(&self) -> usize {
-        self.rows + 1
-    }
-    /// Height of the columns of its update.
-    pub(super) fn update_stride(&self) -> usize {
-        self.below() + 1
-    }
-    pub(super) fn update_len(&self) -> usize {
-        self.update_stride() * self.below()
-    }
-}
-
-/// A block of the matrix to be copied into the columns of its front.
-#[derive(Clone, Copy, Debug)]
-struct Load {
-    from: u32,
-    to: u32,
-    rows: u32,
-    columns: u32,
 }
 
 impl Cholesky {
@@ -103,16 +69,31 @@ impl Cholesky {
     /// # Errors
     /// [`GraphError::OutOfMemory`].
     pub(crate) fn new(pattern: &Pattern) -> Result<Self, GraphError> {
-        let (plan, panels, stacks) = Plan::new(pattern)?;
-        let scratch = zeros(plan.tallest)?;
+        let plan = Plan::new(pattern)?;
         Ok(Self {
-            plan,
             kernels: Kernels::new(),
-            panels: zeros(panels)?,
-            stacks: [zeros(stacks[0])?, zeros(stacks[1])?],
-            scratch,
+            panels: zeros(plan.panels)?,
+            stacks: [zeros(plan.stacks[0])?, zeros(plan.stacks[1])?],
+            scratch: zeros(plan.tallest)?,
             inverse: vec![],
+            pool: None,
+            workers: vec![],
+            plan,
         })
+    }
+
+    /// Lets threads share the factorisations to come: subtrees side by side, then the columns of large fronts. Bits do not
+    /// depend on it.
+    ///
+    /// # Errors
+    /// [`GraphError::OutOfMemory`].
+    pub(crate) fn share(&mut self, pool: Arc<Pool>) -> Result<(), GraphError> {
+        if pool.threads() > 1 && !self.plan.tasks.is_empty() {
+            let tasks = self.plan.tasks.iter();
+            self.workers = tasks.map(|task| Worker::new(&self.plan, task)).collect::<Result<_, _>>()?;
+            self.pool = Some(pool);
+        }
+        Ok(())
     }
 
     /// Numbers in the factor L, a measure of the work.
@@ -161,13 +142,47 @@ impl Cholesky {
         }
     }
 
+    /// The subtrees that have a worker each, then all else in order.
     fn eliminate(&mut self, system: &System<'_>) -> Result<(), NotPositive> {
-        let Self { plan, kernels, panels, stacks, inverse, .. } = self;
-        inverse.clear();
-        for number in 0..plan.fronts.len() {
-            plan.eliminate(number, system, *kernels, panels, stacks)?;
+        self.inverse.clear();
+        self.eliminate_tasks(system)?;
+        let Self { plan, kernels, panels, stacks, pool, workers, .. } = self;
+        let elimination = Elimination { plan, system, kernels: *kernels, pool: pool.as_deref() };
+        let mut next = 0;
+        for (task, worker) in plan.tasks.iter().zip(&*workers) {
+            let mut space = Space { panels, first: 0, stacks, bases: [0; 2] };
+            (next..task.start).try_for_each(|number| elimination.eliminate(number, &mut space))?;
+            // Only now: until here its place on the common stack may have been another's.
+            let root = &plan.fronts[task.end - 1];
+            let from = &worker.stacks[root.stack][root.update - worker.bases[root.stack]..];
+            stacks[root.stack][root.update..][..root.update_len()]
+                .copy_from_slice(&from[..root.update_len()]);
+            next = task.end;
         }
-        Ok(())
+        let mut space = Space { panels, first: 0, stacks, bases: [0; 2] };
+        (next..plan.fronts.len()).try_for_each(|number| elimination.eliminate(number, &mut space))
+    }
+
+    /// Eliminates the subtrees that have a worker each, on the worker's own stacks.
+    fn eliminate_tasks(&mut self, system: &System<'_>) -> Result<(), NotPositive> {
+        let Self { plan, kernels, panels, pool: Some(pool), workers, .. } = self else {
+            return Ok(());
+        };
+        let elimination = Elimination { plan, system, kernels: *kernels, pool: None };
+        let (mut rest, mut first) = (&mut panels[..], 0);
+        let mut parts = Vec::with_capacity(workers.len());
+        for (task, worker) in plan.tasks.iter().zip(&mut *workers) {
+            let (start, root) = (plan.fronts[task.start].panel, plan.fronts[task.end - 1]);
+            let end = root.panel + root.stride() * root.pivots + SLACK;
+            let (panels, after) = core::mem::take(&mut rest)[start - first..].split_at_mut(end - start);
+            (rest, first) = (after, end);
+            let space = Space { panels, first: start, stacks: &mut worker.stacks, bases: worker.bases };
+            parts.push((task.clone(), space, Ok(())));
+        }
+        pool.for_each(&mut parts, |_, (task, space, done)| {
+            *done = task.clone().try_for_each(|number| elimination.eliminate(number, space));
+        });
+        parts.into_iter().try_for_each(|(_, _, done)| done)
     }
 
     /// x := L⁻¹x.
@@ -219,178 +234,49 @@ pub(super) fn zeros(len: usize) -> Result<Vec<f64>, GraphError> {
     Ok(numbers)
 }
 
-impl Plan {
-    /// The plan, and how long the panels and the two stacks are.
-    fn new(pattern: &Pattern) -> Result<(Self, usize, [usize; 2]), GraphError> {
-        let symbolic = &pattern.symbolic;
-        let count = symbolic.parents.len();
-        let mut plan = Self { size: pattern.size(), ..Self::default() };
-        let mut stacks = [0usize; 2];
-        let (mut panels, mut inverses) = (0, 0);
-        let mut children = vec![vec![]; count];
-        for number in 0..count {
-            if symbolic.parents[number] != Symbolic::ROOT {
-                children[symbolic.parents[number] as usize].push(number as u32);
-            }
-        }
-        let mut depth = vec![0usize; count];
-        for number in (0..count).rev() {
-            if symbolic.parents[number] != Symbolic::ROOT {
-                depth[number] = (depth[symbolic.parents[number] as usize] + 1) % 2;
-            }
-        }
-        let mut tops = [0usize; 2];
-        let starts = &pattern.starts;
-        for number in 0..count {
-            let (first, end) = (symbolic.starts[number] as usize, symbolic.starts[number + 1] as usize);
-            let rows = symbolic.rows_of(number);
-            let below: usize = rows.iter().map(|&r| starts[r as usize + 1] - starts[r as usize]).sum();
-            let pivots = starts[end] - starts[first];
-            let mut front = Front {
-                start: starts[first],
-                pivots,
-                rows: pivots + below,
-                panel: panels,
-                inverse: inverses,
-                stack: depth[number],
-                ..Front::default()
-            };
-            front.loads.0 = plan.loads.len();
-            plan.load_front(pattern, &front, (first, end), rows);
-            front.loads.1 = plan.loads.len();
-            front.children.0 = plan.children.len();
-            for &child in &children[number] {
-                let child = &plan.fronts[child as usize];
-                tops[child.stack] -= child.update_len();
-            }
-            plan.children.extend(&children[number]);
-            front.children.1 = plan.children.len();
-            front.update = tops[front.stack];
-            tops[front.stack] += front.update_len();
-            stacks[front.stack] = stacks[front.stack].max(tops[front.stack]);
-            panels += front.stride() * pivots;
-            inverses += front.rows * pivots;
-            plan.factor_len += (front.rows * pivots) - pivots * (pivots - 1) / 2;
-            plan.tallest = plan.tallest.max(front.rows);
-            plan.fronts.push(front);
-        }
-        for number in 0..count {
-            let begin = plan.runs.len();
-            if symbolic.parents[number] != Symbolic::ROOT {
-                plan.map_rows(pattern, number);
-            }
-            plan.fronts[number].runs = (begin, plan.runs.len());
-        }
-        if u32::try_from(plan.size).is_err() {
-            return Err(GraphError::OutOfMemory);
-        }
-        Ok((plan, panels, stacks))
-    }
+/// Work, in multiplications, from which the columns of an update are shared among threads, and how many go together.
+const LARGE: usize = 1 << 20;
+const STRIP: usize = 48;
 
-    fn load_front(&mut self, pattern: &Pattern, front: &Front, (first, end): (usize, usize), rows: &[u32]) {
-        let starts = &pattern.starts;
-        for column in first..end {
-            let (mut k, mut offset) = (0, front.pivots); // the rows below, and where they stand
-            for block in pattern.column(column) {
-                let row = if block.row < starts[end] {
-                    block.row - front.start
-                } else {
-                    while starts[rows[k] as usize] != block.row {
-                        offset += starts[rows[k] as usize + 1] - starts[rows[k] as usize];
-                        k += 1;
-                    }
-                    offset
-                };
-                self.loads.push(Load {
-                    from: block.at as u32,
-                    to: ((block.column - front.start) * front.stride() + row) as u32,
-                    rows: block.rows as u32,
-                    columns: block.columns as u32,
-                });
-            }
-        }
-    }
+/// Columns of L and stacks to work in, and where they stand in the whole.
+struct Space<'a> {
+    panels: &'a mut [f64],
+    first: usize,
+    stacks: &'a mut [Vec<f64>; 2],
+    bases: [usize; 2],
+}
 
-    /// Finds the rows of an update in the front of the parent.
-    fn map_rows(&mut self, pattern: &Pattern, number: usize) {
-        let symbolic = &pattern.symbolic;
-        let starts = &pattern.starts;
-        let parent = symbolic.parents[number] as usize;
-        let end = symbolic.starts[parent + 1];
-        let first = starts[symbolic.starts[parent] as usize];
-        let above = symbolic.rows_of(parent);
-        let (mut k, mut offset) = (0, 0);
-        let mut from = 0;
-        let begin = self.runs.len();
-        for &row in symbolic.rows_of(number) {
-            let len = starts[row as usize + 1] - starts[row as usize];
-            let pivots = row < end;
-            let to = if pivots {
-                starts[row as usize] - first
-            } else {
-                while above[k] != row {
-                    offset += starts[above[k] as usize + 1] - starts[above[k] as usize];
-                    k += 1;
-                }
-                offset
-            };
-            let scalar = starts[row as usize];
-            match self.runs[begin..].last_mut() {
-                Some(run)
-                    if run.pivots == pivots
-                        && (run.to + run.len) as usize == to
-                        && (run.scalar + run.len) as usize == scalar =>
-                {
-                    run.len += len as u32;
-                }
-                _ => self.runs.push(Run {
-                    from,
-                    to: to as u32,
-                    len: len as u32,
-                    pivots,
-                    scalar: scalar as u32,
-                }),
-            }
-            from += len as u32;
-        }
-    }
+/// What the elimination of every front reads.
+struct Elimination<'a> {
+    plan: &'a Plan,
+    system: &'a System<'a>,
+    kernels: Kernels,
+    pool: Option<&'a Pool>,
+}
 
-    pub(super) fn children_of(&self, front: &Front) -> &[u32] {
-        &self.children[front.children.0..front.children.1]
-    }
-
-    pub(super) fn runs_of(&self, front: &Front) -> &[Run] {
-        &self.runs[front.runs.0..front.runs.1]
-    }
-
+impl Elimination<'_> {
     /// Assembles and eliminates one front.
-    fn eliminate(
-        &self,
-        number: usize,
-        system: &System<'_>,
-        kernels: Kernels,
-        panels: &mut [f64],
-        stacks: &mut [Vec<f64>; 2],
-    ) -> Result<(), NotPositive> {
-        let front = &self.fronts[number];
+    fn eliminate(&self, number: usize, space: &mut Space<'_>) -> Result<(), NotPositive> {
+        let Self { plan, kernels, .. } = self;
+        let front = &plan.fronts[number];
         let (stride, below) = (front.stride(), front.below());
-        let panel = &mut panels[front.panel..front.panel + stride * front.pivots + SLACK];
+        let panel = &mut space.panels[front.panel - space.first..][..stride * front.pivots + SLACK];
         panel[..stride * front.pivots].fill(0.0);
-        self.load(front, system, panel);
+        self.load(front, panel);
 
-        let [even, odd] = stacks;
+        let [even, odd] = &mut *space.stacks;
         let (own, other) = if front.stack == 0 { (even, odd) } else { (odd, even) };
-        let update = &mut own[front.update..front.update + front.update_len() + SLACK];
-        let children = self.children_of(front);
+        let update = &mut own[front.update - space.bases[front.stack]..][..front.update_len() + SLACK];
+        let children = plan.children_of(front);
         if !children.is_empty() {
             let columns = update[..front.update_len()].chunks_exact_mut(below + 1);
             columns.enumerate().for_each(|(c, column)| column[c..].fill(0.0));
         }
         for &child in children {
-            let child = &self.fronts[child as usize];
-            let from = &other[child.update..child.update + child.update_len()];
+            let child = &plan.fronts[child as usize];
+            let from = &other[child.update - space.bases[child.stack]..][..child.update_len()];
             kernels.extend_add(Extension {
-                runs: self.runs_of(child),
+                runs: plan.runs_of(child),
                 from: Matrix { numbers: from, stride: child.update_stride() },
                 panel,
                 stride,
@@ -401,25 +287,42 @@ impl Plan {
         if !kernels.factorise(panel, stride, front.pivots) {
             return Err(NotPositive);
         }
-        let below_pivots = Matrix { numbers: &panel[front.pivots..], stride };
-        kernels.subtract_product(Product {
-            c: update,
-            stride: below + 1,
-            a: below_pivots,
-            b: below_pivots,
-            rows: below + 1,
-            columns: below,
-            depth: front.pivots,
-            lower: true,
-            fresh: children.is_empty(),
-        });
+        self.subtract_square(front, panel, update, children.is_empty());
         Ok(())
     }
 
+    /// U := U − L₂₁L₂₁ᵀ with the right-hand side below, the columns of a large one on all threads.
+    fn subtract_square(&self, front: &Front, panel: &[f64], update: &mut [f64], fresh: bool) {
+        let stride = front.update_stride();
+        let square = |first: usize, columns: &mut [f64], width: usize| {
+            let numbers = &panel[front.pivots + first..];
+            let l = Matrix { numbers, stride: front.stride() };
+            self.kernels.subtract_product(Product {
+                c: &mut columns[first..],
+                stride,
+                a: l,
+                b: l,
+                rows: stride - first,
+                columns: width,
+                depth: front.pivots,
+                lower: true,
+                fresh,
+            });
+        };
+        match self.pool {
+            Some(pool) if front.below() * front.below() * front.pivots > LARGE => {
+                let update = &mut update[..front.update_len()];
+                let mut strips: Vec<_> = update.chunks_mut(stride * STRIP).collect();
+                pool.for_each(&mut strips, |i, columns| square(i * STRIP, columns, columns.len() / stride));
+            }
+            _ => square(0, update, front.below()),
+        }
+    }
+
     /// Copies the blocks of the matrix and the right-hand side into the columns of a front.
-    fn load(&self, front: &Front, system: &System<'_>, panel: &mut [f64]) {
-        let stride = front.stride();
-        for load in &self.loads[front.loads.0..front.loads.1] {
+    fn load(&self, front: &Front, panel: &mut [f64]) {
+        let (stride, system) = (front.stride(), self.system);
+        for load in self.plan.loads_of(front) {
             let (rows, columns) = (load.rows as usize, load.columns as usize);
             let block = &system.matrix[load.from as usize..][..rows * columns];
             let target = &mut panel[load.to as usize..];

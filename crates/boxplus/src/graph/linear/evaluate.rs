@@ -4,6 +4,7 @@
 //! matrix, run in the order of the chunks on one thread.
 
 use core::ops::Range;
+use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
 
@@ -25,7 +26,7 @@ pub(crate) struct Evaluator<'a> {
     chunks: Vec<Chunk>,
     costs: Vec<f64>,
     parts: Vec<Part>,
-    pool: Pool,
+    pool: Arc<Pool>,
 }
 
 #[derive(Clone, Debug)]
@@ -50,8 +51,13 @@ impl<'a> Evaluator<'a> {
             chunks.extend(starts.map(|s| Chunk { set, factors: s..(s + CHUNK).min(factors.len()) }));
         }
         let total: usize = sets.iter().map(|set| set.len()).sum();
-        let pool = Pool::new(if total < PARALLEL { 1 } else { threads }, chunks.len());
+        let pool = Arc::new(Pool::new(if total < PARALLEL { 1 } else { threads }, chunks.len()));
         Self { sets, costs: vec![0.0; chunks.len()], chunks, parts: vec![], pool }
+    }
+
+    /// The threads.
+    pub(crate) fn pool(&self) -> Arc<Pool> {
+        Arc::clone(&self.pool)
     }
 
     /// Number of threads that work.

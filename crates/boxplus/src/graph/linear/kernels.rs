@@ -59,7 +59,7 @@ pub(crate) struct Matrix<'a> {
     pub(crate) stride: usize,
 }
 
-/// C := C − A·Bᵀ with A `rows`×`depth` and B `columns`×`depth`. A and C have [`SLACK`] behind them.
+/// C := C − A·Bᵀ with A `rows`×`depth` and B `columns`×`depth`. A has [`SLACK`] behind it.
 pub(crate) struct Product<'a> {
     pub(crate) c: &'a mut [f64],
     pub(crate) stride: usize,
@@ -122,12 +122,16 @@ fn products<S: Simd, const V: usize, const N: usize>(
     sums
 }
 
-/// V vectors from the start of `column`, which has as many numbers or more.
+/// V vectors from the start of `column`; what it does not have is zero.
 #[inline(always)]
 fn load<S: Simd, const V: usize>(simd: S, column: &[f64]) -> [S::f64s; V] {
-    let vectors = &S::as_simd_f64s(&column[..V * S::F64_LANES]).0[..V];
     let mut loaded = [simd.splat_f64s(0.0); V];
-    loaded.copy_from_slice(vectors);
+    if column.len() >= V * S::F64_LANES {
+        loaded.copy_from_slice(&S::as_simd_f64s(&column[..V * S::F64_LANES]).0[..V]);
+    } else {
+        let numbers: &mut [f64] = bytemuck::cast_slice_mut(&mut loaded);
+        numbers.iter_mut().zip(column).for_each(|(to, from)| *to = *from);
+    }
     loaded
 }
 

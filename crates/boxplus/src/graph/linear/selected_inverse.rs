@@ -10,8 +10,9 @@
 //! factorisation run backwards: where an update went up, a block of Z comes down, into the same place of the same stack. It
 //! takes about two factorisations, where a column of Z each would take as many solves as there are unknowns.
 
-use super::cholesky::{Cholesky, Front, zeros};
+use super::cholesky::{Cholesky, zeros};
 use super::kernels::{Kernels, Matrix, Product, SLACK};
+use super::plan::Front;
 use crate::graph::GraphError;
 
 /// Scratch of one front.
@@ -31,11 +32,10 @@ impl Cholesky {
     /// # Errors
     /// [`GraphError::OutOfMemory`].
     pub(crate) fn invert(&mut self) -> Result<(), GraphError> {
-        let (mut pivots, mut below, mut total) = (0, 0, 0);
+        let (mut pivots, mut below) = (0, 0);
         for front in &self.plan.fronts {
             pivots = pivots.max(front.pivots * front.pivots);
             below = below.max(front.pivots * front.below());
-            total += front.pivots * front.rows;
         }
         let mut scratch = Scratch {
             inverse: zeros(pivots)?,
@@ -44,6 +44,7 @@ impl Cholesky {
             transposed: zeros(below)?,
             column: zeros(self.plan.tallest)?,
         };
+        let total = self.plan.inverse;
         let mut inverse = core::mem::take(&mut self.inverse);
         inverse.try_reserve_exact(total + SLACK).map_err(|_| GraphError::OutOfMemory)?;
         inverse.resize(total + SLACK, 0.0);

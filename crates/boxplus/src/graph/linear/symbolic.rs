@@ -47,7 +47,7 @@ impl Symbolic {
 
 /// Time that a front of `k` pivots and `m` rows takes, in multiplications: its own, and what it does beside them. Measured
 /// ([`super::tests`]); between half and twice these numbers, times differ little.
-fn cost(k: usize, m: usize) -> f64 {
+pub(super) fn cost(k: usize, m: usize) -> f64 {
     let (k, m) = (k as f64, m as f64);
     let below = m - k;
     let work = k * (below * below + below * k + k * k / 3.0);
@@ -67,14 +67,14 @@ struct Columns {
 }
 
 /// Lists of numbers, one after the other.
-struct Lists {
+pub(super) struct Lists {
     starts: Vec<u32>,
     items: Vec<u32>,
 }
 
 impl Lists {
     /// From (list, item) pairs.
-    fn new(count: usize, pairs: impl Iterator<Item = (u32, u32)> + Clone) -> Self {
+    pub(super) fn new(count: usize, pairs: impl Iterator<Item = (u32, u32)> + Clone) -> Self {
         let mut starts = vec![0; count + 1];
         pairs.clone().for_each(|(list, _)| starts[list as usize + 1] += 1);
         (0..count).for_each(|i| starts[i + 1] += starts[i]);
@@ -87,7 +87,7 @@ impl Lists {
         Self { starts, items }
     }
 
-    fn of(&self, list: u32) -> &[u32] {
+    pub(super) fn of(&self, list: u32) -> &[u32] {
         &self.items[self.starts[list as usize] as usize..self.starts[list as usize + 1] as usize]
     }
 }

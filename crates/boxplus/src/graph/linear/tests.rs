@@ -284,3 +284,33 @@ fn landmarks_are_leaves() {
         assert!((first..end).skip_while(point).all(|place| !point(&place)), "a pose goes before a point");
     }
 }
+
+#[cfg(feature = "parallel")]
+#[test]
+fn no_bit_depends_on_the_number_of_threads() {
+    use super::pool::Pool;
+    let mut rng = ChaCha8Rng::seed_from_u64(8);
+    let at = |x: u32, y: u32| x + 40 * y;
+    let mut pairs: Pairs = (0..40).flat_map(|y| (1..40).map(move |x| (at(x - 1, y), at(x, y)))).collect();
+    pairs.extend((1..40).flat_map(|y| (0..40).map(move |x| (at(x, y - 1), at(x, y)))));
+    let pattern = Pattern::new(&[6; 1600], &pairs).unwrap();
+    let matrix = positive(&pattern, &mut rng);
+    let (rhs, zeros) = (vector(pattern.size(), &mut rng), vec![0.0; pattern.size()]);
+    let solve = |threads: usize| {
+        let mut cholesky = Cholesky::new(&pattern).unwrap();
+        cholesky.share(std::sync::Arc::new(Pool::new(threads, 1000))).unwrap();
+        cholesky.factorise_with(&matrix, (0.0, &zeros), &rhs).unwrap();
+        let solution = cholesky.solution();
+        cholesky.invert().unwrap();
+        let diagonal = (0..pattern.size()).map(|i| cholesky.inverse_entry(i, i).unwrap());
+        let bits: Vec<u64> = diagonal.chain(solution).map(f64::to_bits).collect();
+        let mut broken = matrix.clone();
+        broken[pattern.diagonal()[0]] = -1.0;
+        assert_eq!(cholesky.factorise(&broken), Err(NotPositive));
+        bits
+    };
+    let one = solve(1);
+    for threads in 2..6 {
+        assert_eq!(solve(threads), one, "{threads} threads");
+    }
+}

@@ -82,10 +82,10 @@ pub struct Solution {
     pub unconstrained: Option<Unconstrained>,
 }
 
-/// Minimises the cost from `initial`; `observer` sees every trial step and may stop the search.
+/// Minimises the cost from `initial`, where it is `cost`; `observer` sees every trial step and may stop the search.
 pub(super) fn optimize(
     sets: &[Box<dyn AnySet>],
-    initial: &Values,
+    (initial, cost): (&Values, f64),
     options: &SolveOptions,
     observer: &mut dyn FnMut(&Iteration) -> ControlFlow<()>,
 ) -> Result<Solution, GraphError> {
@@ -93,10 +93,11 @@ pub(super) fn optimize(
     let mut values = initial.clone();
     let gauge = gauge::fix(sets, &mut values);
     let structure = Structure::new(sets, &values)?;
-    let mut evaluator = Evaluator::new(sets, options.threads);
-    let cholesky = Cholesky::new(&structure.pattern)?;
+    let evaluator = Evaluator::new(sets, options.threads);
+    let mut cholesky = Cholesky::new(&structure.pattern)?;
+    cholesky.share(evaluator.pool())?;
     let report = SolveReport {
-        initial_cost: evaluator.cost(&values),
+        initial_cost: cost,
         cost: 0.0,
         iterations: vec![],
         termination: Termination::MaxIterations,
@@ -251,12 +252,12 @@ impl Search<'_> {
 
     /// Looks for directions that nothing constrains, if the last factor hints at any.
     fn unconstrained(&mut self) -> Result<Option<Unconstrained>, GraphError> {
-        let System { structure, normal, cholesky, .. } = &mut self.system;
         let silenced = self.report.termination == Termination::NoDecrease;
-        if structure.size() == 0 || silenced || !self.region.hints_at_singularity(cholesky) {
+        let nothing = self.system.structure.size() == 0;
+        if nothing || silenced || !self.region.hints_at_singularity(&mut self.system) {
             return Ok(None);
         }
-        weakest(&self.evaluator, structure, normal, &self.values)
+        weakest(&self.evaluator, self.system.structure, &self.system.normal, &self.values)
     }
 
     fn finish(mut self, unconstrained: Option<Unconstrained>) -> Solution {
