@@ -226,12 +226,13 @@ struct System<'a> {
     rhs: Option<&'a [f64]>,
 }
 
-/// Zeros, with [`SLACK`] behind them.
+/// Zeros, with [`SLACK`] behind them, from pages that the system need not touch before they are used.
+///
+/// # Errors
+/// [`GraphError::OutOfMemory`].
 pub(super) fn zeros(len: usize) -> Result<Vec<f64>, GraphError> {
-    let mut numbers = vec![];
-    numbers.try_reserve_exact(len + SLACK).map_err(|_| GraphError::OutOfMemory)?;
-    numbers.resize(len + SLACK, 0.0);
-    Ok(numbers)
+    Vec::<f64>::new().try_reserve_exact(len + SLACK).map_err(|_| GraphError::OutOfMemory)?;
+    Ok(vec![0.0; len + SLACK])
 }
 
 /// Work, in multiplications, from which the columns of an update are shared among threads, and how many go together.

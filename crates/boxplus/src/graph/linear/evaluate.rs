@@ -97,10 +97,12 @@ impl<'a> Evaluator<'a> {
         let Self { sets, chunks, parts, pool, .. } = self;
         if parts.is_empty() {
             let widest = sets.iter().map(|set| stride(set.dims())).max().unwrap_or(0);
-            parts.resize(BATCH.min(chunks.len()), Part { numbers: vec![0.0; widest * CHUNK], cost: 0.0 });
+            // One thread scatters each chunk while it is in the cache.
+            let together = if pool.threads() > 1 { BATCH.min(chunks.len()) } else { 1 };
+            parts.resize(together, Part { numbers: vec![0.0; widest * CHUNK], cost: 0.0 });
         }
         let mut cost = 0.0;
-        for batch in chunks.chunks(BATCH) {
+        for batch in chunks.chunks(parts.len().max(1)) {
             let parts = &mut parts[..batch.len()];
             pool.for_each(parts, |i, part| {
                 let Chunk { set, factors } = batch[i].clone();

@@ -34,6 +34,8 @@ struct Quotient {
     round: u32,
     /// Scalars of an element outside the one being made, and the round in which that was found.
     outside: Vec<(u32, usize)>,
+    /// The members of the element being made that stay: hash, variable, degree outside.
+    kept: Vec<(u64, u32, usize)>,
 }
 
 /// An order of elimination of variables with these dimensions, joined by `pairs` (each once in either direction, loops
@@ -91,6 +93,7 @@ impl Quotient {
             inside: vec![0; count],
             round: 0,
             outside: vec![(0, 0); count],
+            kept: vec![],
         }
     }
 
@@ -141,7 +144,7 @@ impl Quotient {
         let element = self.gather(pivot);
         let members = element.start..element.start + element.len;
         self.measure_overlaps(members.clone());
-        let mut kept: Vec<(u64, u32, usize)> = Vec::with_capacity(element.len); // hash, variable, degree outside
+        let mut kept = core::mem::take(&mut self.kept);
         let mut size = self.joined[pivot];
         for k in members {
             let variable = self.store[k] as usize;
@@ -170,6 +173,8 @@ impl Quotient {
         }
         self.lists[pivot] = List { start: element.start, elements: 0, len: end - element.start };
         self.store.truncate(end); // the element is the last list in the store
+        kept.clear();
+        self.kept = kept;
     }
 
     /// The variables around a pivot, in a list at the end of the store; the pivot's own elements are absorbed.

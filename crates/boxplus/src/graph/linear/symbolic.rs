@@ -223,8 +223,7 @@ impl Supernodes {
 
     /// Merges supernodes into their parents where that costs less, from the leaves up.
     fn amalgamate(&mut self) {
-        let mut order: Vec<u32> = (0..self.nodes.len() as u32).collect();
-        order.sort_unstable_by_key(|&i| self.nodes[i as usize].last);
+        let order = self.by_last();
         let children = Lists::new(
             self.nodes.len(),
             order.iter().map(|&i| (self.nodes[i as usize].parent, i)).filter(|(parent, i)| parent != i),
@@ -248,6 +247,14 @@ impl Supernodes {
         }
     }
 
+    /// Supernodes by their last columns: children before parents.
+    fn by_last(&self) -> Vec<u32> {
+        let mut ending = vec![NONE; self.next.len()];
+        (0u32..).zip(&self.nodes).for_each(|(i, node)| ending[node.last as usize] = i);
+        ending.retain(|&node| node != NONE);
+        ending
+    }
+
     /// The supernode that a supernode is part of in the end.
     fn representative(&self, mut number: u32) -> u32 {
         while self.nodes[number as usize].merged {
@@ -259,8 +266,7 @@ impl Supernodes {
     /// Numbers everything anew, in postorder.
     fn emit(&self, order: &[u32]) -> Symbolic {
         let count = self.nodes.len();
-        let mut by_last: Vec<u32> = (0..count as u32).collect();
-        by_last.sort_unstable_by_key(|&i| self.nodes[i as usize].last);
+        let by_last = self.by_last();
         let representatives: Vec<u32> = (0..count as u32).map(|i| self.representative(i)).collect();
         let parts = Lists::new(count, by_last.iter().map(|&i| (representatives[i as usize], i)));
         let whole = |i: &u32| !self.nodes[*i as usize].merged;

@@ -149,9 +149,13 @@ impl Search<'_> {
         if self.system.structure.size() == 0 {
             return Ok(Termination::NothingToSolve);
         }
-        let mut gradient = self.linearise();
+        let mut gradient = f64::NAN;
         let mut fresh = true; // no step from this linearisation has been rejected
+        let mut moved = true; // there is none yet at these values
         while self.report.iterations.len() < options.max_iterations {
+            if core::mem::take(&mut moved) {
+                gradient = self.linearise();
+            }
             if gradient < options.gradient {
                 return Ok(if self.all_silenced() { Termination::NoDecrease } else { Termination::Gradient });
             }
@@ -177,7 +181,7 @@ impl Search<'_> {
                 if settled && iteration.gain > 0.25 && !self.region.binds() {
                     return Ok(Termination::RelativeCost);
                 }
-                gradient = self.linearise();
+                moved = true;
             } else if self.region.exhausted() {
                 return Ok(if options.algorithm == Algorithm::GaussNewton {
                     Termination::Diverged
