@@ -10,6 +10,9 @@ use pulp::{Arch, Simd, WithSimd, bytemuck};
 /// Numbers beyond the end of a matrix that kernels may read (never use): all but one of the widest vector, rounded up.
 pub(crate) const SLACK: usize = 8;
 
+/// Columns of A and B taken at a time: of a tall front, so many fit into a core's cache.
+const DEPTH: usize = 96;
+
 /// The instruction set of this machine.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Kernels(Arch);
@@ -28,7 +31,31 @@ impl Kernels {
     ///
     /// `panel` holds the columns and [`SLACK`]. Returns whether all pivots are positive.
     pub(crate) fn factorise(self, panel: &mut [f64], rows: usize, pivots: usize) -> bool {
-        self.0.dispatch(Factorise { panel, rows, pivots })
+        for first in (0..pivots).step_by(DEPTH) {
+            let width = (pivots - first).min(DEPTH);
+            let next = first + width;
+            let block = &mut panel[first * (rows + 1)..];
+            if !self.0.dispatch(Factorise { panel: block, stride: rows, rows: rows - first, pivots: width }) {
+                return false;
+            }
+            if next < pivots {
+                // What is above the diagonal of the next columns is slack to those before.
+                let (done, rest) = panel.split_at_mut(next * (rows + 1));
+                let l = Matrix { numbers: &done[first * rows + next..], stride: rows };
+                self.subtract_product(Product {
+                    c: rest,
+                    stride: rows,
+                    a: l,
+                    b: l,
+                    rows: rows - next,
+                    columns: pivots - next,
+                    depth: width,
+                    lower: true,
+                    fresh: false,
+                });
+            }
+        }
+        true
     }
 
     /// C := C − A·Bᵀ, or −A·Bᵀ where C is `fresh`.
@@ -152,20 +179,33 @@ impl WithSimd for Product<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) {
-        if self.depth == 0 && !self.fresh {
-            return;
+        let depth = self.depth;
+        if depth == 0 && self.fresh {
+            strips(simd, &mut self);
         }
-        let mut column = 0;
-        while column < self.columns {
-            let n = width(self.columns - column);
-            match n {
-                1 => strip::<S, 1>(simd, &mut self, column),
-                2 => strip::<S, 2>(simd, &mut self, column),
-                3 => strip::<S, 3>(simd, &mut self, column),
-                _ => strip::<S, 6>(simd, &mut self, column),
-            }
-            column += n;
+        for first in (0..depth).step_by(DEPTH) {
+            self.depth = (depth - first).min(DEPTH);
+            strips(simd, &mut self);
+            self.a.numbers = &self.a.numbers[(self.a.stride * DEPTH).min(self.a.numbers.len())..];
+            self.b.numbers = &self.b.numbers[(self.b.stride * DEPTH).min(self.b.numbers.len())..];
+            self.fresh = false;
         }
+    }
+}
+
+/// All columns of a product.
+#[inline(always)]
+fn strips<S: Simd>(simd: S, product: &mut Product<'_>) {
+    let mut column = 0;
+    while column < product.columns {
+        let n = width(product.columns - column);
+        match n {
+            1 => strip::<S, 1>(simd, product, column),
+            2 => strip::<S, 2>(simd, product, column),
+            3 => strip::<S, 3>(simd, product, column),
+            _ => strip::<S, 6>(simd, product, column),
+        }
+        column += n;
     }
 }
 
@@ -206,6 +246,7 @@ fn product_tile<S: Simd, const V: usize, const N: usize>(
 
 struct Factorise<'a> {
     panel: &'a mut [f64],
+    stride: usize,
     rows: usize,
     pivots: usize,
 }
@@ -258,7 +299,7 @@ fn pivot_strip<S: Simd, const N: usize>(simd: S, front: &mut Factorise<'_>, colu
 fn diagonal<const N: usize>(front: &mut Factorise<'_>, column: usize) -> Option<Triangle<N>> {
     let mut l = [[0.0; N]; N];
     for p in 0..column {
-        let before = &front.panel[p * front.rows + column..][..N];
+        let before = &front.panel[p * front.stride + column..][..N];
         for j in 0..N {
             for i in 0..N {
                 l[j][i] -= before[i] * before[j];
@@ -267,7 +308,7 @@ fn diagonal<const N: usize>(front: &mut Factorise<'_>, column: usize) -> Option<
     }
     let mut inverses = [0.0; N];
     for j in 0..N {
-        let target = &mut front.panel[(column + j) * front.rows + column..][..N];
+        let target = &mut front.panel[(column + j) * front.stride + column..][..N];
         for i in j..N {
             l[j][i] += target[i];
             for t in 0..j {
@@ -295,7 +336,7 @@ fn pivot_tile<S: Simd, const V: usize, const N: usize>(
     column: usize,
     triangle: &Triangle<N>,
 ) {
-    let stride = front.rows;
+    let stride = front.stride;
     let a = Matrix { numbers: &front.panel[row..], stride };
     let b = Matrix { numbers: &front.panel[column..], stride };
     let mut tile = products::<S, V, N>(simd, a, b, column);

@@ -46,6 +46,7 @@ fn graphs() -> Vec<(&'static str, usize, Pairs)> {
         ("grid", 144, grid(12, 12)),
         ("long grid", 120, grid(3, 40)),
         ("dense", 14, (0..14).flat_map(|b| (0..b).map(move |a| (a, b))).collect()),
+        ("large dense", 45, (0..45).flat_map(|b| (0..b).map(move |a| (a, b))).collect()),
         ("random", 80, random(80, 160)),
         ("sparse", 200, random(200, 150)),
         ("thick", 60, random(60, 600)),
