@@ -21,6 +21,8 @@ pub mod lie;
 mod partition;
 #[cfg(feature = "io")]
 pub mod pose_graph;
+#[cfg(all(test, feature = "solve", feature = "io"))]
+mod public_graphs;
 
 /// The README's example is a test.
 #[cfg(all(doctest, feature = "solve"))]

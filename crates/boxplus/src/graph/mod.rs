@@ -32,7 +32,7 @@ mod factor;
 mod factors;
 mod gauge;
 mod initialise;
-mod linear;
+pub(crate) mod linear;
 mod marginals;
 mod names;
 mod noise;

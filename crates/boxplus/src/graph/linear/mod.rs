@@ -13,4 +13,6 @@ mod symbolic;
 pub(crate) mod vector;
 
 #[cfg(test)]
+pub(crate) mod oracle;
+#[cfg(test)]
 mod tests;
