@@ -57,6 +57,9 @@ fn least(runs: usize, mut run: impl FnMut()) -> f64 {
 #[test]
 #[ignore = "measures time"]
 fn factor_speed() {
+    let mut tile = TileRate::new();
+    let seconds = least(2000, || tile.run());
+    println!("the register tile alone, in the first cache: {:.1} GFlop/s", TileRate::FLOP / seconds * 1e-9);
     println!(
         "| graph | unknowns | analyse ms | GFlop | numbers in L | factorise ms | GFlop/s | faer ms | faer / ours | selected inverse ms | in factorisations |"
     );

@@ -1,5 +1,6 @@
 //! faer's supernodal factorisation of the same matrices: what ours is held against in tests, for numbers and for time.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![cfg_attr(not(feature = "io"), allow(dead_code, reason = "public graphs are read from files"))]
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::llt::factor::LltRegularization;

@@ -253,6 +253,22 @@ fn landmarks_are_leaves() {
     }
 }
 
+#[test]
+fn a_factorisation_allocates_nothing() {
+    let counted = allocation_counter::measure(|| drop(std::hint::black_box(vec![0.0; 9])));
+    assert!(counted.count_total > 0, "allocations are counted");
+    on_all(|name, pattern, matrix, rng| {
+        let (rhs, weights) = (vector(pattern.size(), rng), vec![1.0; pattern.size()]);
+        let mut cholesky = Cholesky::new(pattern).unwrap();
+        let mut x = rhs.clone();
+        let allocated = allocation_counter::measure(|| {
+            cholesky.factorise_with(matrix, (0.1, &weights), &rhs).unwrap();
+            cholesky.solve(&mut x);
+        });
+        assert_eq!(allocated.count_total, 0, "{name}");
+    });
+}
+
 #[cfg(feature = "parallel")]
 #[test]
 fn no_bit_depends_on_the_number_of_threads() {
