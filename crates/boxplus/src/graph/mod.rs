@@ -32,7 +32,7 @@ mod factor;
 mod factors;
 mod gauge;
 mod initialise;
-mod linear;
+pub(crate) mod linear;
 mod marginals;
 mod names;
 mod noise;
@@ -47,7 +47,7 @@ pub use error::GraphError;
 pub use factor::{Factor, FactorId, MAX_ARITY, Variables, dual_jacobians};
 
 #[cfg(feature = "io")]
-pub(crate) use factors::isotropic_information;
+pub(crate) use factors::{isotropic_information, isotropic_weights};
 pub use factors::{
     Bearing2, Bearing3, Between, Chart, Chordal, Difference, G2o, Log, Prior, Product, Range, Sighting2,
     Sighting3,

@@ -416,6 +416,18 @@ fn declare<V: Variable>(
     }
 }
 
+/// The information matrix that a policy makes of this one; `None` where the measurement is to be left out.
+pub(in crate::pose_graph) fn usable_information<const D: usize>(
+    information: &SMatrix<f64, D, D>,
+    policy: Indefinite,
+) -> Option<SMatrix<f64, D, D>> {
+    match (Noise::from_information(information), policy) {
+        (Ok(noise), _) => Some(noise.information()),
+        (Err(_), Indefinite::Clamp) => clamped(information),
+        (Err(_), _) => None,
+    }
+}
+
 /// The nearest matrix whose eigenvalues are at least [`CLAMP`] of the largest; `None` where that is not finite.
 fn clamped<const D: usize>(information: &SMatrix<f64, D, D>) -> Option<SMatrix<f64, D, D>> {
     if !information.iter().all(|x| x.is_finite()) {
