@@ -1,5 +1,9 @@
 //! The certificate of global optimality: right where the optimum is known, and a way down where it is not one.
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test fails by panicking and says what it measured")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a test fails by panicking and says what it measured"
+)]
 
 use std::path::PathBuf;
 
@@ -52,7 +56,17 @@ fn the_known_optima_are_certified() {
         let solved = solve(&graph, &settings).unwrap();
         let start = std::time::Instant::now();
         let c = certify(&solved.graph, &settings).unwrap();
-        println!("{name}: {:?} {:?} cost {} (known {optimum}) bound {} gap {:.1e} eigenvalue {:.1e} escapes {} {:?}", c.given, c.verdict, c.cost, c.lower_bound, c.gap() / c.cost, c.eigenvalue, c.escapes, start.elapsed());
+        println!(
+            "{name}: {:?} {:?} cost {} (known {optimum}) bound {} gap {:.1e} eigenvalue {:.1e} escapes {} {:?}",
+            c.given,
+            c.verdict,
+            c.cost,
+            c.lower_bound,
+            c.gap() / c.cost,
+            c.eigenvalue,
+            c.escapes,
+            start.elapsed()
+        );
         assert!((c.cost / optimum - 1.0).abs() < 1e-6);
     }
 }
@@ -66,6 +80,17 @@ fn local_minima_are_left() {
         let Ok(solved) = solve(&graph, &settings) else { continue };
         let start = std::time::Instant::now();
         let c = certify(&solved.graph, &settings).unwrap();
-        println!("{name}: {:?} at {} {:?} cost {} (known {optimum}) bound {} gap {:.1e} eigenvalue {:.1e} escapes {} {:?}", c.given, c.given_cost, c.verdict, c.cost, c.lower_bound, c.gap() / c.cost, c.eigenvalue, c.escapes, start.elapsed());
+        println!(
+            "{name}: {:?} at {} {:?} cost {} (known {optimum}) bound {} gap {:.1e} eigenvalue {:.1e} escapes {} {:?}",
+            c.given,
+            c.given_cost,
+            c.verdict,
+            c.cost,
+            c.lower_bound,
+            c.gap() / c.cost,
+            c.eigenvalue,
+            c.escapes,
+            start.elapsed()
+        );
     }
 }

@@ -46,12 +46,12 @@ pub use diagnose::{FreeCoordinate, Unconstrained};
 pub use error::GraphError;
 pub use factor::{Factor, FactorId, MAX_ARITY, Variables, dual_jacobians};
 
-#[cfg(feature = "io")]
-pub(crate) use factors::{isotropic_information, isotropic_weights};
 pub use factors::{
     Bearing2, Bearing3, Between, Chart, Chordal, Difference, G2o, Log, Prior, Product, Range, Sighting2,
     Sighting3,
 };
+#[cfg(feature = "io")]
+pub(crate) use factors::{isotropic_information, isotropic_weights};
 pub use initialise::{Initial, Initialisation};
 pub use marginals::Marginals;
 pub use names::{FactorName, VariableName};

@@ -17,7 +17,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod lifted;
+mod descent;
 mod quadratic;
 mod spectrum;
 mod staircase;
@@ -93,7 +93,9 @@ impl Certificate {
 #[non_exhaustive]
 pub enum CertifyError {
     /// The proof is for graphs of one kind of pose and displacements between them.
-    #[error("only graphs of poses and displacements of one kind can be certified; this one has {count} × {kind}")]
+    #[error(
+        "only graphs of poses and displacements of one kind can be certified; this one has {count} × {kind}"
+    )]
     Measurements {
         /// What else it has.
         kind: Kind,
@@ -109,7 +111,9 @@ pub enum CertifyError {
         id: u64,
     },
     /// Two held poses are a measurement that the proof does not know.
-    #[error("{count} vertices are held, and the proof holds at most one: it says nothing about graphs with more")]
+    #[error(
+        "{count} vertices are held, and the proof holds at most one: it says nothing about graphs with more"
+    )]
     Held {
         /// How many are held.
         count: usize,
@@ -137,11 +141,11 @@ pub fn certify(graph: &PoseGraph, settings: &SolveSettings) -> Result<Certificat
     let mut out = graph.clone();
     let climbed = if graph.edges3.is_empty() {
         let links = links::<SE2, 2, 3>(&graph.poses2, &graph.edges2, settings)?;
-        let climb = climb::<2, 3, 6, 3, 6, 9, 4, 9, 12>(&links, &frames(&graph.poses2));
+        let climb = climb::<2, 3, 4>(&links, &frames(&graph.poses2));
         settle(climb.map_err(PoseGraphError::from)?, &links, &mut out.poses2)
     } else {
         let links = links::<SE3, 3, 6>(&graph.poses3, &graph.edges3, settings)?;
-        let climb = climb::<3, 6, 12, 4, 10, 16, 5, 14, 20>(&links, &frames(&graph.poses3));
+        let climb = climb::<3, 4, 5>(&links, &frames(&graph.poses3));
         settle(climb.map_err(PoseGraphError::from)?, &links, &mut out.poses3)
     };
     Ok(Certificate { graph: out, ..climbed })

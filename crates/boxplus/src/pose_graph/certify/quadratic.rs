@@ -56,45 +56,60 @@ pub(super) fn cost<const P: usize, const D: usize>(links: &[Link<D>], frames: &[
     links.iter().map(of).sum()
 }
 
-/// The multipliers Λ_i of the constraints RᵀR = I.
-pub(super) fn multipliers<const P: usize, const D: usize>(
+/// ½ ∂F/∂(R_i, t_i) of every frame.
+pub(super) fn slopes<const P: usize, const D: usize>(
     links: &[Link<D>],
     frames: &[Frame<P, D>],
-) -> Vec<SMatrix<f64, D, D>> {
-    let mut slopes = vec![SMatrix::<f64, P, D>::zeros(); frames.len()]; // ½ ∂F/∂R_i
+) -> Vec<Frame<P, D>> {
+    let mut slopes = vec![Frame { y: SMatrix::zeros(), t: SVector::zeros() }; frames.len()];
     for link in links {
         let (rotation, translation) = link.misfit(frames);
         let (rotation, translation) = (rotation * link.kappa, translation * link.tau);
-        slopes[link.from] -= rotation * link.rotation.transpose() + translation * link.translation.transpose();
-        slopes[link.to] += rotation;
+        let from = &mut slopes[link.from];
+        from.y -= rotation * link.rotation.transpose() + translation * link.translation.transpose();
+        from.t -= translation;
+        let to = &mut slopes[link.to];
+        to.y += rotation;
+        to.t += translation;
     }
-    let multiplier = |(frame, slope): (&Frame<P, D>, &SMatrix<f64, P, D>)| {
-        let product = frame.y.transpose() * slope;
-        (product + product.transpose()) * 0.5
-    };
-    frames.iter().zip(&slopes).map(multiplier).collect()
+    slopes
 }
 
-/// The lower triangle of S, laid out once in an elimination order.
-pub(super) struct Layout<const D: usize> {
+/// The multipliers Λ_i of the constraints RᵀR = I.
+pub(super) fn multipliers<const P: usize, const D: usize>(
+    frames: &[Frame<P, D>],
+    slopes: &[Frame<P, D>],
+) -> Vec<SMatrix<f64, D, D>> {
+    let multiplier = |(frame, slope): (&Frame<P, D>, &Frame<P, D>)| {
+        let product = frame.y.transpose() * slope.y;
+        (product + product.transpose()) * 0.5
+    };
+    frames.iter().zip(slopes).map(multiplier).collect()
+}
+
+/// The lower triangle of a symmetric matrix with a block for every pose and every link, in an elimination order.
+pub(super) struct Layout {
+    /// Rows of one pose.
+    size: usize,
     /// Where each pose stands in the order.
     position: Vec<usize>,
     pub(super) pattern: Pattern,
     /// Row blocks of each column block, ascending, the diagonal first.
     blocks: Vec<Vec<usize>>,
-    /// One pose of each connected part: its position is held, since moving a part changes no cost.
-    anchors: Vec<usize>,
+    /// One pose of each connected part: moving a part changes no cost, so that one may be held.
+    pub(super) anchors: Vec<usize>,
 }
 
-impl<const D: usize> Layout<D> {
-    /// Rows of one pose.
-    const SIZE: usize = D + 1;
-
-    /// Orders `count` poses joined by `links`.
+impl Layout {
+    /// Orders `count` poses joined by `links`, with blocks of `size` rows.
     ///
     /// # Errors
     /// [`GraphError::OutOfMemory`].
-    pub(super) fn new(links: &[Link<D>], count: usize) -> Result<Self, GraphError> {
+    pub(super) fn new<const D: usize>(
+        links: &[Link<D>],
+        count: usize,
+        size: usize,
+    ) -> Result<Self, GraphError> {
         let mut parts = Partition::new(count);
         links.iter().for_each(|link| parts.join(link.from, link.to));
         let anchors = parts.parts().map(|(pose, _)| pose).collect();
@@ -108,69 +123,62 @@ impl<const D: usize> Layout<D> {
         }
         let mut pattern = Pattern { starts: vec![0], rows: vec![] };
         for rows in &blocks {
-            for column in 0..Self::SIZE {
-                let scalars = rows.iter().flat_map(|row| row * Self::SIZE..(row + 1) * Self::SIZE);
+            for column in 0..size {
+                let scalars = rows.iter().flat_map(|row| row * size..(row + 1) * size);
                 pattern.rows.extend(scalars.skip(column));
                 pattern.starts.push(pattern.rows.len());
             }
         }
-        Ok(Self { position, pattern, blocks, anchors })
+        Ok(Self { size, position, pattern, blocks, anchors })
     }
 
-    /// The numbers of S in the pattern.
-    pub(super) fn matrix(&self, links: &[Link<D>], multipliers: &[SMatrix<f64, D, D>]) -> Vec<f64> {
-        let mut values = vec![0.0; self.pattern.rows.len()];
-        for link in links {
-            let (i, j) = (self.position[link.from], self.position[link.to]);
-            let (kappa, tau, t) = (link.kappa, link.tau, &link.translation);
-            for a in 0..D {
-                for b in 0..=a {
-                    let unit = if a == b { kappa } else { 0.0 };
-                    self.add(&mut values, (i, a), (i, b), unit + tau * t[a] * t[b]);
-                }
-                self.add(&mut values, (j, a), (j, a), kappa);
-                self.add(&mut values, (i, D), (i, a), tau * t[a]);
-                self.add(&mut values, (i, a), (j, D), -tau * t[a]);
-                (0..D).for_each(|b| self.add(&mut values, (i, a), (j, b), -kappa * link.rotation[(a, b)]));
+    /// How many poses there are.
+    pub(super) fn count(&self) -> usize {
+        self.position.len()
+    }
+
+    /// The first row of a pose.
+    pub(super) fn row(&self, pose: usize) -> usize {
+        self.position[pose] * self.size
+    }
+
+    /// Where the entry of two coordinates of two poses stands in the lower triangle, whichever is the row.
+    pub(super) fn place(&self, (one, a): (usize, usize), (other, b): (usize, usize)) -> usize {
+        let (one, other) = ((self.position[one], a), (self.position[other], b));
+        let ((row, a), (column, b)) = (one.max(other), one.min(other));
+        let above = self.blocks[column].binary_search(&row).unwrap_or(0) * self.size;
+        self.pattern.starts[column * self.size + b] + above + a - b
+    }
+}
+
+/// The matrix S in a layout of D + 1 rows a pose.
+pub(super) fn dual<const D: usize>(
+    layout: &Layout,
+    links: &[Link<D>],
+    multipliers: &[SMatrix<f64, D, D>],
+) -> Vec<f64> {
+    let mut values = vec![0.0; layout.pattern.rows.len()];
+    let mut add = |one, other, value| values[layout.place(one, other)] += value;
+    for link in links {
+        let (i, j, kappa, tau, t) = (link.from, link.to, link.kappa, link.tau, &link.translation);
+        for a in 0..D {
+            for b in 0..=a {
+                let unit = if a == b { kappa } else { 0.0 };
+                add((i, a), (i, b), unit + tau * t[a] * t[b]);
             }
-            self.add(&mut values, (i, D), (i, D), tau);
-            self.add(&mut values, (j, D), (j, D), tau);
-            self.add(&mut values, (i, D), (j, D), -tau);
+            add((j, a), (j, a), kappa);
+            add((i, D), (i, a), tau * t[a]);
+            add((i, a), (j, D), -tau * t[a]);
+            (0..D).for_each(|b| add((i, a), (j, b), -kappa * link.rotation[(a, b)]));
         }
-        for (pose, multiplier) in multipliers.iter().enumerate() {
-            let i = self.position[pose];
-            (0..D).for_each(|a| (0..=a).for_each(|b| self.add(&mut values, (i, a), (i, b), -multiplier[(a, b)])));
-        }
-        for &pose in &self.anchors {
-            // Whatever is added here is paid by moving the whole part, which is free: S stays as definite as it was.
-            let diagonal = self.place((self.position[pose], D), (self.position[pose], D));
-            values[diagonal] += values[diagonal].max(1.0);
-        }
-        values
+        add((i, D), (i, D), tau);
+        add((j, D), (j, D), tau);
+        add((i, D), (j, D), -tau);
     }
-
-    /// Where the diagonal entries of the rotations stand among the numbers of S.
-    pub(super) fn rotation_diagonal(&self) -> Vec<usize> {
-        let of = |column: usize| (0..D).map(move |a| (column, a));
-        (0..self.blocks.len()).flat_map(of).map(|entry| self.place(entry, entry)).collect()
+    for (pose, multiplier) in multipliers.iter().enumerate() {
+        (0..D).for_each(|a| (0..=a).for_each(|b| add((pose, a), (pose, b), -multiplier[(a, b)])));
     }
-
-    /// What a vector has for a pose: D numbers for its rotation, one for its position.
-    pub(super) fn part(&self, vector: &[f64], pose: usize) -> (SVector<f64, D>, f64) {
-        let row = self.position[pose] * Self::SIZE;
-        (SVector::from_column_slice(&vector[row..row + D]), vector[row + D])
-    }
-
-    fn add(&self, values: &mut [f64], row: (usize, usize), column: (usize, usize), value: f64) {
-        let (row, column) = if row >= column { (row, column) } else { (column, row) };
-        values[self.place(row, column)] += value;
-    }
-
-    /// Where entry (row, column), each (block, coordinate), of the lower triangle stands.
-    fn place(&self, (row, a): (usize, usize), (column, b): (usize, usize)) -> usize {
-        let above = self.blocks[column].binary_search(&row).unwrap_or(0) * Self::SIZE;
-        self.pattern.starts[column * Self::SIZE + b] + above + a - b
-    }
+    values
 }
 
 /// (column, row) of every block of the lower triangle, sorted, each once.

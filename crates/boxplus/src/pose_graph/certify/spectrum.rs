@@ -41,7 +41,11 @@ impl<'a> Shifted<'a> {
     ///
     /// # Errors
     /// [`GraphError::OutOfMemory`].
-    pub(super) fn new(pattern: &'a Pattern, matrix: &'a [f64], diagonal: &'a [usize]) -> Result<Self, GraphError> {
+    pub(super) fn new(
+        pattern: &'a Pattern,
+        matrix: &'a [f64],
+        diagonal: &'a [usize],
+    ) -> Result<Self, GraphError> {
         let rows = diagonal.iter().map(|&entry| pattern.rows[entry]).collect();
         let cholesky = Cholesky::new(pattern, 1)?;
         Ok(Self { pattern, matrix, diagonal, rows, cholesky, scratch: vec![0.0; matrix.len()] })

@@ -1,17 +1,23 @@
 //! Test, leave through the next dimension, come back, test again.
 
-use nalgebra::{DMatrix, SMatrix, SymmetricEigen};
+use nalgebra::{DMatrix, SMatrix, SVector, SymmetricEigen};
 
 use super::Verdict;
-use super::lifted::{descend, minimise};
-use super::quadratic::{Frame, Layout, Link, cost, multipliers};
+use super::descent::{descend, minimise};
+use super::quadratic::{Frame, Layout, Link, cost, dual, multipliers, slopes};
 use super::spectrum::{Lowest, Shifted};
-use crate::graph::{GraphError, SolveOptions};
+use crate::graph::GraphError;
 
 /// An estimate is optimal when none can be better by more than this part of its cost.
 const TIGHT: f64 = 1e-6;
 /// Share of the largest diagonal entry of S below which an eigenvalue is rounding.
 const ROUNDING: f64 = 1e-15;
+/// Relative decrease at which a minimum is reached: a dual bound is as good as the estimate is stationary.
+const FINE: f64 = 1e-14;
+/// Until the way is clear.
+const COARSE: f64 = 1e-3;
+/// A gap beyond this part of the cost is no matter of convergence.
+const FAR: f64 = 0.05;
 /// Minima left one after the other, at most.
 const ESCAPES: usize = 8;
 /// A new minimum is another one when it is lower by more than this part.
@@ -53,74 +59,80 @@ pub(super) struct Climb<const D: usize> {
     pub(super) escapes: usize,
 }
 
-/// Settles `frames` in their minimum, and leaves it for a lower one as long as there is a way.
-///
-/// The numbers are, for ranks D, P = D + 1 and Q = D + 2, those of [`super::lifted`]: rank, tangent, residual.
+/// Settles `given` in its minimum, and leaves it for a lower one as long as there is a way, through P = D + 1 and
+/// Q = D + 2 dimensions.
 ///
 /// # Errors
 /// [`GraphError::OutOfMemory`].
-pub(super) fn climb<
-    const D: usize,
-    const DT: usize,
-    const DR: usize,
-    const P: usize,
-    const PT: usize,
-    const PR: usize,
-    const Q: usize,
-    const QT: usize,
-    const QR: usize,
->(
+pub(super) fn climb<const D: usize, const P: usize, const Q: usize>(
     links: &[Link<D>],
     given: &[Frame<D, D>],
 ) -> Result<Climb<D>, GraphError> {
-    let options = SolveOptions { relative_cost: 1e-14, max_iterations: 300, ..SolveOptions::default() };
-    let layout = Layout::new(links, given.len())?;
-    let mut frames = minimise::<D, D, DT, DR>(links, given, &options)?;
+    let layout = Layout::new(links, given.len(), D + 1)?;
+    let settle = |frames: &[Frame<D, D>]| minimise(links, frames, FINE);
+    // A minimum far above its bound need not be known to the last digit before it is left.
+    let mut frames = minimise(links, given, COARSE)?;
     let mut judged = judge(links, &layout, &frames)?;
+    if judged.cost - judged.lower_bound < FAR * judged.cost {
+        frames = settle(&frames)?;
+        judged = judge(links, &layout, &frames)?;
+    }
     let (given, given_cost) = (judged.verdict(), judged.cost);
-    let descent = judged.lowest.as_ref().map(|lowest| (lowest.eigenvalue, most_turned(&layout, lowest, frames.len())));
-    let mut lower_bound = judged.lower_bound;
-    let mut escapes = 0;
-    while let (Verdict::NotOptimal, Some(lowest), true) = (judged.verdict(), &judged.lowest, escapes < ESCAPES) {
-        let start = descend::<D, P, D>(&frames, |pose| layout.part(&lowest.vector, pose), |x| cost(links, x));
-        let lifted = minimise::<P, D, PT, PR>(links, &start, &options)?;
-        let above = judge(links, &layout, &lifted)?;
-        lower_bound = lower_bound.max(above.lower_bound);
-        let down = match (above.verdict(), &above.lowest) {
-            (Verdict::NotOptimal, Some(lowest)) => {
-                let start = descend::<P, Q, D>(&lifted, |pose| layout.part(&lowest.vector, pose), |x| cost(links, x));
-                let lifted = minimise::<Q, D, QT, QR>(links, &start, &options)?;
-                lower_bound = lower_bound.max(judge(links, &layout, &lifted)?.lower_bound);
-                round(&lifted)
+    let descent = judged.lowest.as_ref().map(|lowest| (lowest.eigenvalue, most_turned::<D>(&layout, lowest)));
+    let (mut lower_bound, mut escapes) = (judged.lower_bound, 0);
+    while let (Verdict::NotOptimal, Some(lowest), true) =
+        (judged.verdict(), &judged.lowest, escapes < ESCAPES)
+    {
+        // First in a hurry: a rough minimum one dimension up often leads straight to a better one below.
+        let start = descend::<D, P, D>(&frames, |pose| part(&layout, lowest, pose), |x| cost(links, x));
+        let rough = minimise(links, &start, COARSE)?;
+        let mut settled = settle(&round(&rough))?;
+        if !is_lower(cost(links, &settled), judged.cost) {
+            let above = minimise(links, &rough, FINE)?;
+            let test = judge(links, &layout, &above)?;
+            lower_bound = lower_bound.max(test.lower_bound);
+            settled = settle(&round(&above))?;
+            if let (false, Some(lowest)) = (is_lower(cost(links, &settled), judged.cost), &test.lowest) {
+                let part = |pose| part(&layout, lowest, pose);
+                let start = descend::<P, Q, D>(&above, part, |x| cost(links, x));
+                let top = minimise(links, &start, FINE)?;
+                lower_bound = lower_bound.max(judge(links, &layout, &top)?.lower_bound);
+                settled = settle(&round(&top))?;
             }
-            _ => round(&lifted),
-        };
-        let settled = minimise::<D, D, DT, DR>(links, &down, &options)?;
-        if cost(links, &settled) >= judged.cost * (1.0 - LOWER) {
+        }
+        if !is_lower(cost(links, &settled), judged.cost) {
             break; // the relaxation is lower, but what it says of poses is not
         }
         frames = settled;
         judged = judge(links, &layout, &frames)?;
         escapes += 1;
     }
-    // A bound holds whatever it was found with; with it another estimate may yet be proved optimal.
+    // A bound holds wherever it was found; what is left of a way down leads to no better poses.
     judged.lower_bound = judged.lower_bound.max(lower_bound);
-    if escapes > 0 || judged.verdict() == Verdict::NotOptimal {
-        // What is left after the last escape is no way down any more that leads to better poses.
-        judged.lowest = None;
-    }
+    judged.lowest = None;
     Ok(Climb { frames, given, given_cost, descent, best: judged, escapes })
+}
+
+fn is_lower(new: f64, old: f64) -> bool {
+    new < old * (1.0 - LOWER)
 }
 
 /// Tests an estimate of any rank.
 fn judge<const P: usize, const D: usize>(
     links: &[Link<D>],
-    layout: &Layout<D>,
+    layout: &Layout,
     frames: &[Frame<P, D>],
 ) -> Result<Judgement, GraphError> {
-    let multipliers = multipliers(links, frames);
+    let multipliers = multipliers(frames, &slopes(links, frames));
     let trace: f64 = multipliers.iter().map(SMatrix::trace).sum();
-    let (matrix, diagonal) = (layout.matrix(links, &multipliers), layout.rotation_diagonal());
+    let mut matrix = dual(layout, links, &multipliers);
+    for &pose in &layout.anchors {
+        // Whatever is added here is paid by moving the whole part, which is free: S stays as definite as it was.
+        let diagonal = layout.place((pose, D), (pose, D));
+        matrix[diagonal] *= 2.0;
+    }
+    let rotations = (0..frames.len()).flat_map(|pose| (0..D).map(move |a| (pose, a)));
+    let diagonal: Vec<usize> = rotations.map(|entry| layout.place(entry, entry)).collect();
     let mut shifted = Shifted::new(&layout.pattern, &matrix, &diagonal)?;
     let (cost, count) = (cost(links, frames), (frames.len() * D) as f64);
     let first = ROUNDING * shifted.scale();
@@ -144,10 +156,16 @@ fn judge<const P: usize, const D: usize>(
     Ok(judgement(-proved, (lowest.eigenvalue < 0.0).then_some(lowest)))
 }
 
+/// What an eigenvector does to a pose: D numbers turn it into the new dimension, one moves it.
+fn part<const D: usize>(layout: &Layout, lowest: &Lowest, pose: usize) -> (SVector<f64, D>, f64) {
+    let row = layout.row(pose);
+    (SVector::from_column_slice(&lowest.vector[row..row + D]), lowest.vector[row + D])
+}
+
 /// The poses, those that an eigenvector turns most first.
-fn most_turned<const D: usize>(layout: &Layout<D>, lowest: &Lowest, count: usize) -> Vec<usize> {
-    let turn = |pose: &usize| layout.part(&lowest.vector, *pose).0.norm();
-    let mut poses: Vec<usize> = (0..count).collect();
+fn most_turned<const D: usize>(layout: &Layout, lowest: &Lowest) -> Vec<usize> {
+    let turn = |pose: &usize| part::<D>(layout, lowest, *pose).0.norm();
+    let mut poses: Vec<usize> = (0..layout.count()).collect();
     poses.sort_by(|a, b| turn(b).total_cmp(&turn(a)));
     poses
 }
@@ -164,7 +182,8 @@ fn round<const P: usize, const D: usize>(frames: &[Frame<P, D>]) -> Vec<Frame<D,
     if 2 * mirrored > frames.len() {
         axes.column_mut(0).neg_mut();
     }
-    let pose = |f: &Frame<P, D>| Frame { y: nearest_rotation(&(axes.transpose() * f.y)), t: axes.transpose() * f.t };
+    let pose =
+        |f: &Frame<P, D>| Frame { y: nearest_rotation(&(axes.transpose() * f.y)), t: axes.transpose() * f.t };
     frames.iter().map(pose).collect()
 }
 
