@@ -36,6 +36,8 @@ pub mod laws;
 mod left;
 mod manifold;
 mod real;
+pub mod rotation;
+mod sphere;
 mod stumpff;
 
 pub use action::{Action, PointJac};
@@ -44,6 +46,8 @@ pub use groups::{Rn, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
 pub use left::LeftJacobians;
 pub use manifold::Manifold;
 pub use real::Real;
+pub use rotation::{EulerAngles, EulerSequence, GimbalLock, SwingTwist};
+pub use sphere::S2;
 pub use stumpff::Stumpff;
 
 use core::fmt::Debug;
