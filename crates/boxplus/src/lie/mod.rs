@@ -30,23 +30,32 @@
 #![allow(clippy::type_complexity)] // A value and one Jacobian per argument; naming each tuple would hide that.
 
 mod action;
+pub mod distance;
 mod error;
 mod groups;
 pub mod laws;
 mod left;
+pub mod log_near;
 mod manifold;
+mod nearest;
 mod real;
 pub mod rotation;
+#[cfg(feature = "rand")]
+pub mod sample;
 mod sphere;
 mod stumpff;
 
 pub use action::{Action, PointJac};
+pub use distance::Distance;
 pub use error::LieError;
-pub use groups::{Rn, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
+pub use groups::{Rn, RxSO2, RxSO3, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
 pub use left::LeftJacobians;
+pub use log_near::LogNear;
 pub use manifold::Manifold;
 pub use real::Real;
 pub use rotation::{EulerAngles, EulerSequence, GimbalLock, SwingTwist};
+#[cfg(feature = "rand")]
+pub use sample::TangentSampler;
 pub use sphere::S2;
 pub use stumpff::Stumpff;
 

@@ -52,6 +52,12 @@ impl<S: Real> S2<S> {
         Ok(Self { n: unit(v)? })
     }
 
+    /// The direction of a vector that is of unit length but for rounding.
+    #[cfg(feature = "rand")]
+    pub(super) fn from_unit(n: Vector3<S>) -> Self {
+        Self { n: n / n.norm_squared().simd_sqrt() }
+    }
+
     /// The unit vector n.
     #[inline]
     pub fn vector(&self) -> Vector3<S> {

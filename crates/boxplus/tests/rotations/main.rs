@@ -2,7 +2,10 @@
 #![allow(missing_docs, clippy::unwrap_used)]
 
 mod euler;
+mod follow;
 mod parametrisations;
+#[cfg(feature = "rand")]
+mod sampling;
 mod sphere;
 mod table;
 

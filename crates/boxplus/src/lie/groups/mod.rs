@@ -2,6 +2,8 @@
 
 mod homogeneous;
 mod rn;
+mod rxso2;
+mod rxso3;
 mod se2;
 mod se23;
 mod se3;
@@ -13,6 +15,8 @@ mod so2;
 mod so3;
 
 pub use rn::Rn;
+pub use rxso2::RxSO2;
+pub use rxso3::RxSO3;
 pub use se2::SE2;
 pub use se3::SE3;
 pub use se23::SE23;
