@@ -5,7 +5,7 @@ use core::fmt::Debug;
 use nalgebra::{SMatrix, SVector};
 use num_dual::{Derivative, DualSVec64};
 
-use crate::lie::{LieGroup, Real, Rn, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
+use crate::lie::{LieGroup, Real, Rn, RxSO2, RxSO3, S2, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
 
 /// A variable of the graph: a point of a manifold with tangent space ℝᴰ, moved by X ⊞ δ on the local side.
 ///
@@ -184,6 +184,9 @@ variable!(pose SE3, SE3<S>, 6, "SE3", &["x", "y", "z", "rotation about x", "rota
 variable!(pose SE23, SE23<S>, 9, "SE2(3)", &["x", "y", "z", "rotation about x", "rotation about y", "rotation about z", "velocity along x", "velocity along y", "velocity along z"]);
 variable!(pose SGal3, SGal3<S>, 10, "SGal(3)", &["x", "y", "z", "rotation about x", "rotation about y", "rotation about z", "velocity along x", "velocity along y", "velocity along z", "time"]);
 variable!(pose Sim3, Sim3<S>, 7, "Sim3", &["x", "y", "z", "rotation about x", "rotation about y", "rotation about z", "log scale"]);
+variable!(pose RxSO3, RxSO3<S>, 4, "RxSO3", &["rotation about x", "rotation about y", "rotation about z", "log scale"]);
+variable!(pose RxSO2, RxSO2<S>, 2, "RxSO2", &["yaw", "log scale"]);
+variable!(S2, S2<S>, 2, "S2", &["along the first basis vector", "along the second basis vector"]);
 variable!(pose Sim2, Sim2<S>, 4, "Sim2", &["x", "y", "yaw", "log scale"]);
 
 impl<const N: usize> Located<N> for Rn<N> {

@@ -17,6 +17,9 @@
 //! through the Jacobians. ⊟ is unique up to the antipode: for m = −n every τ of length π is right, ours is (π, 0), and
 //! ∂(m ⊟ n) grows as 1/(π − |τ|).
 //!
+//! Accuracy: ⊞, ⊟ and all Jacobians within 6ε, `f32` and `f64`, in multiples of π/(π − |τ|) and of the rate 2/|n + e_z| at which
+//! the basis turns (`tests/rotations`, against 50 digits).
+//!
 //! ```
 //! use boxplus::lie::{Manifold, S2, SO3};
 //! use nalgebra::{Vector2, Vector3};

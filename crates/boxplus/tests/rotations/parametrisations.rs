@@ -2,7 +2,7 @@
 
 use crate::EPS;
 use crate::table::{Table, error, within};
-use boxplus::lie::{LieError, LieGroup, Real, SE2, SE3, SO2, SO3, Sim2, Sim3};
+use boxplus::lie::{LieError, LieGroup, Real, RxSO3, SE2, SE3, SO2, SO3, Sim2, Sim3};
 use nalgebra::{
     Isometry2, Isometry3, Matrix3, Rotation2, Rotation3, Similarity2, Similarity3, UnitComplex,
     UnitQuaternion, Vector2, Vector3,
@@ -150,6 +150,39 @@ fn modified_parameters_can_be_followed_through_half_a_turn() {
         m = SO3::exp(&(n * theta)).to_mrp_near(&m);
         assert!((m - n * (theta / 4.0).tan()).norm() < 16.0 * EPS * (1.0 + m.norm_squared()));
     }
+}
+
+/// What holds in `f64` holds in `f32`, with its ε.
+#[test]
+fn directions_in_f32_are_as_right_as_its_digits() {
+    let e = f32::EPSILON;
+    for k in 0..200 {
+        let wave = |i: u8| (f32::from(i) * 0.7 + k as f32 * 1.3).sin();
+        let (a, b) = (Vector3::new(wave(1), wave(2), wave(3)), Vector3::new(wave(5), wave(4), wave(9)));
+        for to in [b, a + b * 1e-4, -a + b * 1e-4, -a, a] {
+            let r = SO3::between_directions(&a, &to).unwrap();
+            assert!((r * a.normalize() - to.normalize()).norm() < 8.0 * e);
+        }
+        let sine = a.normalize().cross(&b.normalize()).norm();
+        let r = SO3::from_6d(&a, &b).unwrap();
+        let [x, y] = r.to_6d();
+        assert!((x - a.normalize()).norm() < 8.0 * e && y.dot(&b) > 0.0);
+        let pair = SO3::from_direction_pairs([&(r * a), &(r * b)], [&a, &b]).unwrap();
+        assert!(pair.rminus(&r).norm() < 32.0 * e / sine);
+        let parts = r.swing_twist(&b).unwrap();
+        assert!((parts.swing * parts.twist).rminus(&r).norm() < 8.0 * e);
+        assert!(RxSO3::project(&(r.to_matrix() * 3.0)).unwrap().rotation().rminus(&r).norm() < 16.0 * e);
+    }
+}
+
+#[test]
+fn in_the_plane_any_direction_is_turned_to_any_other() {
+    for (a, b) in [(0.3, 2.0), (1.0, 1.0 + PI), (-3.0, 3.0), (0.7, 0.7)] {
+        let at = |angle: f64| Vector2::new(angle.cos(), angle.sin());
+        let r = SO2::between_directions(&(at(a) * 1e200), &(at(b) * 1e-200)).unwrap();
+        assert!((r * at(a) - at(b)).norm() < 4.0 * EPS);
+    }
+    assert_eq!(SO2::between_directions(&Vector2::zeros(), &Vector2::<f64>::x()), Err(LieError::Zero));
 }
 
 fn direction() -> impl Strategy<Value = Vector3<f64>> {

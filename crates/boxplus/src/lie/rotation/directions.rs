@@ -21,8 +21,8 @@
 
 use super::matrix::gram_schmidt;
 use super::unit;
-use crate::lie::{LieError, LieGroup, Real, SO3};
-use nalgebra::{Matrix3, Vector3};
+use crate::lie::{LieError, LieGroup, Real, SO2, SO3};
+use nalgebra::{Matrix3, Vector2, Vector3};
 
 /// A rotation as swing·twist: first a turn about an axis, then the shortest rotation that brings the axis where it goes.
 #[derive(Clone, Copy, Debug)]
@@ -33,6 +33,17 @@ pub struct SwingTwist<S = f64> {
     pub twist: SO3<S>,
     /// Angle of the twist about the axis in radians, in [−π, π].
     pub angle: S,
+}
+
+impl<S: Real> SO2<S> {
+    /// The rotation R with R·`from` ∥ `to`; lengths do not matter, opposite directions are no special case.
+    ///
+    /// # Errors
+    /// [`LieError::NotFinite`] or [`LieError::Zero`].
+    pub fn between_directions(from: &Vector2<S>, to: &Vector2<S>) -> Result<Self, LieError> {
+        let [a, b] = [Self::from_cos_sin(from.x, from.y)?, Self::from_cos_sin(to.x, to.y)?];
+        Ok(a.between(&b))
+    }
 }
 
 impl<S: Real> SO3<S> {

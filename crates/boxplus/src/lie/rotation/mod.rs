@@ -19,6 +19,11 @@
 //! Every conversion has Jacobians with respect to the local tangent δ, R·Exp(δ), in a method ending in `_jac`; a covariance
 //! Σ of δ is that of the coordinates after J·Σ·Jᵀ.
 //!
+//! **Accuracy**, in `f32` and `f64`, asserted by `tests/rotations` against 50 digits: axis, angle, Gibbs and modified Rodrigues
+//! vectors within 4ε of their norm (tan(θ/2) of its condition, where that is larger); Euler angles within 6ε rad, the first and
+//! the third over the sine of the distance from gimbal lock, which is all their rotation determines. All 24 sequences agree
+//! with SciPy's, which at the lock sets the third angle to 0, too.
+//!
 //! ```
 //! use boxplus::lie::{EulerSequence, SO3};
 //! use nalgebra::Matrix3;
