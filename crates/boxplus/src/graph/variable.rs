@@ -5,7 +5,7 @@ use core::fmt::Debug;
 use nalgebra::{SMatrix, SVector};
 use num_dual::{Derivative, DualSVec64};
 
-use crate::lie::{LieGroup, Real, Rn, RxSO2, RxSO3, S2, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
+use crate::lie::{LieGroup, Real, Rn, RxSO2, RxSO3, S2, S3, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
 
 /// A variable of the graph: a point of a manifold with tangent space ℝᴰ, moved by X ⊞ δ on the local side.
 ///
@@ -186,6 +186,7 @@ variable!(pose SGal3, SGal3<S>, 10, "SGal(3)", &["x", "y", "z", "rotation about 
 variable!(pose Sim3, Sim3<S>, 7, "Sim3", &["x", "y", "z", "rotation about x", "rotation about y", "rotation about z", "log scale"]);
 variable!(pose RxSO3, RxSO3<S>, 4, "RxSO3", &["rotation about x", "rotation about y", "rotation about z", "log scale"]);
 variable!(pose RxSO2, RxSO2<S>, 2, "RxSO2", &["yaw", "log scale"]);
+variable!(pose S3, S3<S>, 3, "S3", &["rotation about x", "rotation about y", "rotation about z"]);
 variable!(S2, S2<S>, 2, "S2", &["along the first basis vector", "along the second basis vector"]);
 variable!(pose Sim2, Sim2<S>, 4, "Sim2", &["x", "y", "yaw", "log scale"]);
 

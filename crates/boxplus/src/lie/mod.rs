@@ -42,13 +42,13 @@ mod real;
 pub mod rotation;
 #[cfg(feature = "rand")]
 pub mod sample;
-mod sphere;
+pub mod sphere;
 mod stumpff;
 
 pub use action::{Action, PointJac};
 pub use distance::Distance;
 pub use error::LieError;
-pub use groups::{Rn, RxSO2, RxSO3, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
+pub use groups::{Rn, RxSO2, RxSO3, S1, S3, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
 pub use left::LeftJacobians;
 pub use log_near::LogNear;
 pub use manifold::Manifold;

@@ -2,7 +2,8 @@
 
 use crate::EPS;
 use boxplus::lie::{
-    Distance, LieError, LieGroup, LogNear, Real, RxSO2, RxSO3, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3,
+    Distance, LieError, LieGroup, LogNear, Real, RxSO2, RxSO3, S3, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2,
+    Sim3,
 };
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3, Vector6};
 use proptest::prelude::*;
@@ -43,6 +44,34 @@ fn every_group_can_be_followed_through_many_turns() {
         SO2, 1, (0, 1); SO3, 3, (0, 3); RxSO2, 2, (0, 1); RxSO3, 4, (0, 3); SE2, 3, (2, 1); SE3, 6, (3, 3);
         SE23, 9, (3, 3); SGal3, 10, (3, 3); Sim2, 4, (2, 1); Sim3, 7, (3, 3);
     }
+}
+
+#[test]
+fn unit_quaternions_tell_whole_turns_apart_and_log_is_exact_up_to_them() {
+    let n = Vector3::new(2.0, -3.0, 6.0) / 7.0;
+    for theta in [0.0, 1e-12, 1e-6, 0.3, 3.0, PI, 3.3, 5.0, 6.0, TAU - 1e-3, TAU - 1e-7, TAU - 1e-12] {
+        let q = S3::exp(&(n * theta));
+        // The quaternion is right to 2 ε, twice that in angle; near −1 the axis is known to ε over the distance only.
+        let axis_error = 8.0 * EPS * if theta > PI { theta / (theta / 2.0).sin() } else { 1.0 };
+        assert!((q.log() - n * theta).norm() < axis_error, "{theta}");
+        assert!((q.log().norm() - theta).abs() < 8.0 * EPS);
+        assert_eq!(SO3::from(q), SO3::exp(&(n * theta)));
+        assert_eq!(SO3::from(-q), SO3::from(q));
+        assert_ne!(-q, q);
+    }
+    let minus_one = -S3::<f64>::identity();
+    assert!((minus_one.log() - Vector3::new(0.0, 0.0, TAU)).norm() < 4.0 * EPS);
+    assert!(
+        (S3::<f32>::exp(&Vector3::new(0.0, 3.0, -4.0)).log() - Vector3::new(0.0, 3.0, -4.0)).norm() < 1e-5
+    );
+    // Followed through four half turns without a jump.
+    let mut q = S3::identity();
+    for step in 0..600 {
+        let next = q.lift_near(&SO3::about_x(0.02 * f64::from(step)));
+        assert!(next.rminus(&q).norm() < 0.021);
+        q = next;
+    }
+    assert!((q.log().x - (0.02 * 599.0 - 2.0 * TAU)).abs() < 1e-12);
 }
 
 #[test]

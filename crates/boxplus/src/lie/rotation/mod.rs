@@ -4,7 +4,7 @@
 //!
 //! | coordinates | in | out | where they fail |
 //! |---|---|---|---|
-//! | rotation vector φ = θn | [`SO3::exp`] | [`SO3::log`], [`SO3::log_near`] | jumps at θ = π, unless followed |
+//! | rotation vector φ = θn | [`SO3::exp`](super::LieGroup::exp) | [`SO3::log`](super::LieGroup::log), [`SO3::log_near`] | jumps at θ = π, unless followed |
 //! | axis and angle | [`SO3::from_axis_angle`], [`SO3::about_x`] … | [`SO3::to_axis_angle`] | any axis at the identity |
 //! | matrix | [`SO3::from_matrix`], [`SO3::project`] | [`SO3::to_matrix`] | 9 numbers, 6 constraints |
 //! | quaternion, Hamilton | [`SO3::from_xyzw`], [`SO3::from_wxyz`] | [`SO3::quaternion_xyzw`], [`SO3::quaternion_wxyz`] | two for each rotation |

@@ -2,9 +2,10 @@
 //!
 //! [`SO3`] *is* a unit quaternion, stored \[x, y, z, w\] with q and −q taken as one rotation. The unit quaternions themselves
 //! form the sphere S³, which covers SO(3) twice and has the same tangent: Exp takes the rotation vector φ of SO(3) and
-//! halves it inside, q = (sin(θ/2)·n, cos(θ/2)) (Solà et al. (2018), example 5). Since no measurement tells q from −q, S³ has
-//! no type of its own here; `From` and `Into` lead to and from [`nalgebra::UnitQuaternion`]. In the plane the unit complex
-//! numbers S¹ and SO(2) are one and the same, [`SO2`](crate::lie::SO2) stores (cos θ, sin θ).
+//! halves it inside, q = (sin(θ/2)·n, cos(θ/2)) (Solà et al. (2018), example 5). No measurement tells q from −q, hence SO(3)
+//! is what everything here returns; [`S3`](crate::lie::S3) is for the rare case that tells them apart. `From` and `Into` lead
+//! to and from [`nalgebra::UnitQuaternion`]. In the plane the unit complex numbers S¹ and SO(2) are one and the same,
+//! [`SO2`](crate::lie::SO2) stores (cos θ, sin θ).
 //!
 //! **Order.** x, y, z, w: nalgebra, Eigen's memory, ROS, SciPy, glam, this library. w, x, y, z: Eigen's constructor, g2o's
 //! theory papers, Ceres, Blender, MuJoCo, Drake. Nothing in four numbers tells which, hence every name here says it.
