@@ -23,10 +23,9 @@ fn follows<G: LogNear<D>, const D: usize>((at, n): Angles) {
         tau.rows_mut(at, n).scale_mut(theta / angle);
         let tau = tau.map(G::Scalar::lit);
         followed = G::exp(&tau).log_near(&followed).unwrap();
-        // The element is right to about 4ε of the turning, 4εθ; the way back amplifies it by θ/(2 sin(θ/2)), and for SGal(3)
-        // once more, in the place that a velocity leads to.
+        // The element is right to a few ε of its tangent, θε; the way back amplifies that by the pole of J⁻¹, θ/(2 sin(θ/2)).
         let pole = theta / (2.0 * (theta / 2.0).sin().abs());
-        let bound = 16.0 * epsilon * theta.max(1.0) * pole.max(1.0).powi(2);
+        let bound = 4.0 * epsilon * theta.max(1.0) * pole.max(1.0);
         let error = (followed - tau).map(Real::value).norm();
         assert!(error < bound, "at {theta} rad: {error:.1e} of {bound:.1e}\n{followed:?}\n{tau:?}");
     }
