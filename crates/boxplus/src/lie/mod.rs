@@ -14,6 +14,9 @@
 //! - **Frames.** An element maps local to parent coordinates, `p_world = world_from_body * p_body`.
 //! - **Accuracy.** Every map and Jacobian is within a few ε for every θ, in `f32` and `f64`: `docs/accuracy.md` states the
 //!   bounds, `tests/reference` holds them.
+//! - **Rotations** go in and out as Euler angles, quaternions of any convention and more: [`rotation`]. Directions are [`S2`].
+//! - **Beyond the group laws**: [`distance`]s, the nearest element to a matrix (`project`), logarithms through many turns
+//!   ([`log_near`]), random elements (`sample`, feature `rand`).
 //! - **Your own group** writes the required items of [`LieGroup`] and is proved by one line of [`laws`].
 //!
 //! ```

@@ -240,43 +240,10 @@ impl<S: Real> SO3<S> {
 
     /// The Euler angles, in radians. For single numbers: it looks for gimbal lock. There derivatives do not exist.
     pub fn to_euler(&self, sequence: EulerSequence) -> EulerAngles<S> {
-        let ([k, j, i], proper) = (sequence.intrinsic_order(sequence.axes), sequence.is_proper());
-        let (_, parity) = sequence.frame();
-        let kappa = S::lit(if proper { parity } else { -parity });
-        let [x, y, z, w] = self.quaternion_xyzw();
-        let q = [x, y, z];
-        // Extrinsic i, j, k, Bernardes & Viollet (2022). For proper sequences the third axis is the remaining one.
-        let (qi, qj, qk) = (q[i], q[j], q[if proper { 3 - i - j } else { k }] * kappa);
-        let (a, b, c, d) = if proper { (w, qi, qj, qk) } else { (w - qj, qi + qk, w + qj, qk - qi) };
-        let (high, low) = (a.simd_hypot(b), c.simd_hypot(d));
-        let (plus, minus) = (b.simd_atan2(a), d.simd_atan2(c));
-        let middle = low.simd_atan2(high) * S::lit(2.0);
-
-        // Half the distance from the lock, and which one is near.
-        let (at_low, near) =
-            (low.value() < high.value(), low.value().min(high.value()) / low.value().max(high.value()));
-        let determined = if at_low { plus } else { minus } * S::lit(2.0);
-        let locked = 2.0 * near <= LOCKED * S::EPSILON;
-        let [first, third] = match (locked, sequence.extrinsic, at_low) {
-            (false, ..) => [plus - minus, plus + minus],
-            (true, true, true) => [determined, S::zero()],
-            (true, true, false) => [-determined, S::zero()],
-            (true, false, _) => [S::zero(), determined],
-        };
-        let (middle, third) =
-            if proper { (middle, third) } else { (middle - S::lit(FRAC_PI_2), third * kappa) };
-        let [first, third] = [first, third].map(wrap);
-        let [first, middle, third] =
-            if sequence.extrinsic { [first, middle, third] } else { [third, middle, first] };
-        let is_sum = at_low == (proper || kappa.value() > 0.0);
-        let lock = (2.0 * near < S::EPSILON.simd_sqrt()).then(|| {
-            if is_sum {
-                GimbalLock::Sum(wrap(first + third))
-            } else {
-                GimbalLock::Difference(wrap(first - third))
-            }
-        });
-        EulerAngles { sequence, angles: [first, middle, third], lock }
+        let halves = Halves::new(self, sequence);
+        let [first, third] = halves.outer_angles(sequence);
+        let lock = (halves.margin() < S::EPSILON.simd_sqrt()).then(|| halves.lock(first, third));
+        EulerAngles { sequence, angles: [first, halves.middle_angle(sequence), third], lock }
     }
 
     /// [`SO3::to_euler`]: `(value, d_angles_d_self)`, 3×3, [`EulerAngles::d_angles_d_rotation`].
@@ -299,6 +266,77 @@ impl<S: Real> SO3<S> {
     /// \[yaw, pitch, roll\] in radians: [`SO3::to_euler`] by [`EulerSequence::ZYX`], without its report of gimbal lock.
     pub fn yaw_pitch_roll(&self) -> [S; 3] {
         self.to_euler(EulerSequence::ZYX).angles
+    }
+}
+
+/// What Bernardes & Viollet (2022) read off a quaternion for the extrinsic sequence i, j, k with angles θ₁, θ₂, θ₃.
+struct Halves<S> {
+    /// ½(θ₃ + θ₁) and ½(θ₃ − θ₁), θ₃ being that of a proper sequence.
+    plus: S,
+    minus: S,
+    /// Lengths that vanish at the one and at the other lock: sin and cos of half the middle angle, that of a proper sequence.
+    low: S,
+    high: S,
+    /// θ₃ of the sequence over that of the proper one: ±1.
+    kappa: S,
+}
+
+impl<S: Real> Halves<S> {
+    fn new(rotation: &SO3<S>, sequence: EulerSequence) -> Self {
+        let ([k, j, i], proper) = (sequence.intrinsic_order(sequence.axes), sequence.is_proper());
+        let (_, parity) = sequence.frame();
+        let handed = S::lit(if proper { parity } else { -parity });
+        let [x, y, z, w] = rotation.quaternion_xyzw();
+        let q = [x, y, z];
+        // For proper sequences the third axis is the remaining one.
+        let (qi, qj, qk) = (q[i], q[j], q[if proper { 3 - i - j } else { k }] * handed);
+        let (a, b, c, d) = if proper { (w, qi, qj, qk) } else { (w - qj, qi + qk, w + qj, qk - qi) };
+        let kappa = if proper { S::one() } else { handed };
+        Self {
+            plus: b.simd_atan2(a),
+            minus: d.simd_atan2(c),
+            low: c.simd_hypot(d),
+            high: a.simd_hypot(b),
+            kappa,
+        }
+    }
+
+    /// Whether the nearer lock is that where `low` vanishes.
+    fn at_low(&self) -> bool {
+        self.low.value() < self.high.value()
+    }
+
+    /// The distance from the nearer lock in radians, where it is small.
+    fn margin(&self) -> f64 {
+        let (low, high) = (self.low.value(), self.high.value());
+        2.0 * low.min(high) / low.max(high)
+    }
+
+    fn middle_angle(&self, sequence: EulerSequence) -> S {
+        let middle = self.low.simd_atan2(self.high) * S::lit(2.0);
+        if sequence.is_proper() { middle } else { middle - S::lit(FRAC_PI_2) }
+    }
+
+    /// The first and the third angle in the order of the sequence; at the lock the third is 0.
+    fn outer_angles(&self, sequence: EulerSequence) -> [S; 2] {
+        let determined = if self.at_low() { self.plus } else { self.minus } * S::lit(2.0);
+        let locked = self.margin() <= LOCKED * S::EPSILON;
+        let [first, third] = match (locked, sequence.extrinsic, self.at_low()) {
+            (false, ..) => [self.plus - self.minus, self.plus + self.minus],
+            (true, true, true) => [determined, S::zero()],
+            (true, true, false) => [-determined, S::zero()],
+            (true, false, _) => [S::zero(), determined],
+        };
+        let [first, third] = [first, third * self.kappa].map(wrap);
+        if sequence.extrinsic { [first, third] } else { [third, first] }
+    }
+
+    fn lock(&self, first: S, third: S) -> GimbalLock<S> {
+        if self.at_low() == (self.kappa.value() > 0.0) {
+            GimbalLock::Sum(wrap(first + third))
+        } else {
+            GimbalLock::Difference(wrap(first - third))
+        }
     }
 }
 
