@@ -30,6 +30,7 @@
 #![allow(clippy::type_complexity)] // A value and one Jacobian per argument; naming each tuple would hide that.
 
 mod action;
+mod bundle;
 mod error;
 mod groups;
 pub mod laws;
@@ -39,8 +40,9 @@ mod real;
 mod stumpff;
 
 pub use action::{Action, PointJac};
+pub use bundle::Block;
 pub use error::LieError;
-pub use groups::{Rn, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
+pub use groups::{R3xSO3, Rn, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
 pub use left::LeftJacobians;
 pub use manifold::Manifold;
 pub use real::Real;
@@ -58,6 +60,10 @@ pub type Jacobian<S, const D: usize> = SMatrix<S, D, D>;
 ///
 /// Operations ending in `_jac` return the value, then one right (local) Jacobian per argument, D×D, in the order of the
 /// arguments; [`LeftJacobians`] has the same on the left.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a Lie group of dimension {D}",
+    note = "the dimension is that of the tangent space: 3 for SE(2) and SO(3), 6 for SE(3), N for Rn<N>"
+)]
 pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'static {
     /// The scalar the coordinates are written in.
     type Scalar: Real;

@@ -1,6 +1,7 @@
 //! The groups, one file each: required items, constructors with their errors, and the page that teaches it.
 
 mod homogeneous;
+mod r3xso3;
 mod rn;
 mod se2;
 mod se23;
@@ -12,6 +13,7 @@ mod similarity;
 mod so2;
 mod so3;
 
+pub use r3xso3::R3xSO3;
 pub use rn::Rn;
 pub use se2::SE2;
 pub use se3::SE3;
