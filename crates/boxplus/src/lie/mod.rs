@@ -36,6 +36,7 @@ mod groups;
 pub mod laws;
 mod left;
 mod manifold;
+pub mod orders;
 mod real;
 mod stumpff;
 
@@ -45,6 +46,7 @@ pub use error::LieError;
 pub use groups::{R3xSO3, Rn, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
 pub use left::LeftJacobians;
 pub use manifold::Manifold;
+pub use orders::Order;
 pub use real::Real;
 pub use stumpff::Stumpff;
 
