@@ -53,6 +53,7 @@ fn unit_quaternions_are_a_group_beyond_half_a_turn() {
 #[cfg(feature = "autodiff")]
 mod dual_numbers {
     use super::*;
+    use boxplus::lie::R3xSO3;
     use nalgebra::{Const, Matrix3, SMatrix, SVector, Vector3};
     use num_dual::DualSVec64;
     use std::f64::consts::PI;
@@ -150,6 +151,7 @@ mod dual_numbers {
         group::<SE2, 3>((2, 1));
         group::<SO3, 3>((0, 3));
         group::<SE3, 6>((3, 3));
+        group::<R3xSO3, 6>((3, 3));
         group::<SE23, 9>((3, 3));
         group::<SGal3, 10>((3, 3));
         group::<Sim3, 7>((3, 3));

@@ -33,6 +33,7 @@
 #![allow(clippy::type_complexity)] // A value and one Jacobian per argument; naming each tuple would hide that.
 
 mod action;
+mod bundle;
 pub mod distance;
 mod error;
 mod groups;
@@ -41,6 +42,7 @@ mod left;
 pub mod log_near;
 mod manifold;
 mod nearest;
+pub mod orders;
 mod real;
 pub mod rotation;
 #[cfg(feature = "rand")]
@@ -49,12 +51,14 @@ pub mod sphere;
 mod stumpff;
 
 pub use action::{Action, PointJac};
+pub use bundle::Block;
 pub use distance::Distance;
 pub use error::LieError;
-pub use groups::{Rn, RxSO2, RxSO3, S1, S3, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
+pub use groups::{R3xSO3, Rn, RxSO2, RxSO3, S1, S3, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
 pub use left::LeftJacobians;
 pub use log_near::LogNear;
 pub use manifold::Manifold;
+pub use orders::Order;
 pub use real::Real;
 pub use rotation::{EulerAngles, EulerSequence, GimbalLock, SwingTwist};
 #[cfg(feature = "rand")]
@@ -74,6 +78,10 @@ pub type Jacobian<S, const D: usize> = SMatrix<S, D, D>;
 ///
 /// Operations ending in `_jac` return the value, then one right (local) Jacobian per argument, D×D, in the order of the
 /// arguments; [`LeftJacobians`] has the same on the left.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a Lie group of dimension {D}",
+    note = "the dimension is that of the tangent space: 3 for SE(2) and SO(3), 6 for SE(3), N for Rn<N>"
+)]
 pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'static {
     /// The scalar the coordinates are written in.
     type Scalar: Real;

@@ -1,6 +1,7 @@
 //! The groups, one file each: required items, constructors with their errors, and the page that teaches it.
 
 mod homogeneous;
+mod r3xso3;
 mod rn;
 mod rxso2;
 mod rxso3;
@@ -15,6 +16,7 @@ mod similarity;
 mod so2;
 mod so3;
 
+pub use r3xso3::R3xSO3;
 pub use rn::Rn;
 pub use rxso2::RxSO2;
 pub use rxso3::RxSO3;
