@@ -565,7 +565,8 @@ inverse Jacobians have a pole, and there the rounding of θ² itself is amplifie
 SE₂(3) has no rows of its own: its position and its velocity are, bit for bit, the translation of SE(3), and so are their
 blocks of every Jacobian (`tests/groups`). The same holds of SGal(3) but for its position and the blocks named here, those
 of row ρ. Sim(3) and Sim(2) are measured for |σ| ≤ 6, with σ and θ vanishing independently; their rotations are those of SO(3)
-and SO(2). Names of blocks are those of the module docs.
+and SO(2), and so are those of ℝ⁺×SO(3), ℝ⁺×SO(2) and S³. Other coordinates of rotations and S² state their bounds in
+their module docs, held by `tests/rotations`. Names of blocks are those of the module docs.
 
 | operation | relative to | bound, θ ≤ π | bound, θ > π | f64, θ ≤ π | f32, θ ≤ π | f64, θ > π | f32, θ > π |
 |---|---|---|---|---|---|---|---|

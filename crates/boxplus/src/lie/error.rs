@@ -36,4 +36,43 @@ pub enum LieError {
     /// The last row of a homogeneous matrix is not (0, …, 0, 1).
     #[error("the last row of the matrix must be (0, …, 0, 1); was it transposed?")]
     NotHomogeneous,
+    /// The name is none of the 24 Euler sequences.
+    #[error(
+        "an Euler sequence is three of x, y, z, no two alike in a row: `ZYX` about the moving axes, `zyx` about the fixed ones"
+    )]
+    NotASequence,
+    /// The first and the third Euler angle turn about one axis, so that only their sum or difference is determined.
+    #[error(
+        "gimbal lock: the middle angle is {margin:.1e} rad from where the first and the third axis coincide; take another sequence"
+    )]
+    GimbalLock {
+        /// Distance of the middle angle from the lock, in radians.
+        margin: f64,
+    },
+    /// A half turn, whose Gibbs vector is infinite.
+    #[error("a rotation by π has no Gibbs vector; modified Rodrigues parameters reach up to 2π")]
+    HalfTurn,
+    /// The identity, whose shadow parameters are infinite.
+    #[error("the identity has no shadow parameters; its modified Rodrigues parameters are 0")]
+    NoShadow,
+    /// Two directions that should span a plane lie on one line.
+    #[error("the directions are parallel (sine of their angle {sine:.1e}); they must span a plane")]
+    Parallel {
+        /// |a × b|/(|a|·|b|).
+        sine: f64,
+    },
+    /// A rotation that turns the axis over, whose twist about that axis can be anything.
+    #[error("the rotation turns the axis over; its twist about the axis is undetermined")]
+    AxisReversed,
+    /// A whole number of turns, where a translation has no logarithm.
+    #[error(
+        "after whole turns the rotation is the identity and a translation has no logarithm there; take `log`"
+    )]
+    WholeTurns,
+    /// Not a covariance: asymmetric, or negative along some direction.
+    #[error("not a covariance: {deviation:.1e} of its largest entry contradicts symmetry or definiteness")]
+    NotACovariance {
+        /// Relative size of what is wrong.
+        deviation: f64,
+    },
 }

@@ -14,6 +14,9 @@
 //! - **Frames.** An element maps local to parent coordinates, `p_world = world_from_body * p_body`.
 //! - **Accuracy.** Every map and Jacobian is within a few ε for every θ, in `f32` and `f64`: `docs/accuracy.md` states the
 //!   bounds, `tests/reference` holds them.
+//! - **Rotations** go in and out as Euler angles, quaternions of any convention and more: [`rotation`]. Directions are [`S2`].
+//! - **Beyond the group laws**: [`distance`]s, the nearest element to a matrix (`project`), logarithms through many turns
+//!   ([`log_near`]), random elements (`sample`, feature `rand`).
 //! - **Your own group** writes the required items of [`LieGroup`] and is proved by one line of [`laws`].
 //!
 //! ```
@@ -30,20 +33,37 @@
 #![allow(clippy::type_complexity)] // A value and one Jacobian per argument; naming each tuple would hide that.
 
 mod action;
+mod bundle;
+pub mod distance;
 mod error;
 mod groups;
 pub mod laws;
 mod left;
+pub mod log_near;
 mod manifold;
+mod nearest;
+pub mod orders;
 mod real;
+pub mod rotation;
+#[cfg(feature = "rand")]
+pub mod sample;
+pub mod sphere;
 mod stumpff;
 
 pub use action::{Action, PointJac};
+pub use bundle::Block;
+pub use distance::Distance;
 pub use error::LieError;
-pub use groups::{Rn, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
+pub use groups::{R3xSO3, Rn, RxSO2, RxSO3, S1, S3, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
 pub use left::LeftJacobians;
+pub use log_near::LogNear;
 pub use manifold::Manifold;
+pub use orders::Order;
 pub use real::Real;
+pub use rotation::{EulerAngles, EulerSequence, GimbalLock, SwingTwist};
+#[cfg(feature = "rand")]
+pub use sample::TangentSampler;
+pub use sphere::S2;
 pub use stumpff::Stumpff;
 
 use core::fmt::Debug;
@@ -58,6 +78,10 @@ pub type Jacobian<S, const D: usize> = SMatrix<S, D, D>;
 ///
 /// Operations ending in `_jac` return the value, then one right (local) Jacobian per argument, D×D, in the order of the
 /// arguments; [`LeftJacobians`] has the same on the left.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a Lie group of dimension {D}",
+    note = "the dimension is that of the tangent space: 3 for SE(2) and SO(3), 6 for SE(3), N for Rn<N>"
+)]
 pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'static {
     /// The scalar the coordinates are written in.
     type Scalar: Real;

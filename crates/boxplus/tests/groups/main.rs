@@ -3,7 +3,9 @@
 
 mod drift;
 
-use boxplus::lie::{Action, LieError, LieGroup, Real, Rn, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
+use boxplus::lie::{
+    Action, LieError, LieGroup, Real, Rn, RxSO2, RxSO3, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3,
+};
 use nalgebra::{Matrix2, Matrix3, Matrix4, SMatrix, SVector, Vector1, Vector2, Vector3, Vector6};
 use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -149,6 +151,11 @@ proptest! {
         is_its_matrix_group::<Sim2, 4, 3>(Sim2::to_matrix, a, b);
         let x = Sim2::exp(&a);
         prop_assert!(Sim2::from_matrix(&x.to_matrix()).unwrap().rminus(&x).norm() < 64.0 * EPS);
+    }
+    #[test]
+    fn scaled_rotations_are_their_matrix_groups(a in small_vector::<4>(1.7), b in small_vector::<4>(1.7)) {
+        is_its_matrix_group::<RxSO3, 4, 3>(RxSO3::to_matrix, a, b);
+        is_its_matrix_group::<RxSO2, 2, 2>(RxSO2::to_matrix, a.xy(), b.xy());
     }
     #[test]
     fn se3_is_the_subgroup_of_sim3_at_scale_one(a in small_vector::<6>(1.7), b in small_vector::<6>(1.7)) {

@@ -104,9 +104,15 @@ impl<S: Real> SO2<S> {
         Self { cos: self.cos * inverse_norm, sin: self.sin * inverse_norm }
     }
 
+    /// The rotation with this cosine and sine, of unit norm together.
+    #[inline]
+    pub(in crate::lie) fn from_unit(cos: S, sin: S) -> Self {
+        Self { cos, sin }
+    }
+
     /// \[1\]× v = (−v₂, v₁), `v` turned by 90°.
     #[inline]
-    pub(super) fn turn(v: &Vector2<S>) -> Vector2<S> {
+    pub(in crate::lie) fn turn(v: &Vector2<S>) -> Vector2<S> {
         Vector2::new(-v.y, v.x)
     }
 }

@@ -145,6 +145,12 @@ impl<S: Real> SO3<S> {
         phi + axis * S::lit(turn * (along / turn).simd_round())
     }
 
+    /// The rotation of v·(i, j, k) + w, which is of unit norm.
+    #[inline]
+    pub(in crate::lie) fn from_unit(v: Vector3<S>, w: S) -> Self {
+        Self { v, w }
+    }
+
     /// Exp φ together with the Stumpff functions at |φ|²/4, from which those at |φ|² follow.
     #[inline]
     pub(super) fn exp_half(phi: &Vector3<S>) -> (Self, Stumpff<S>) {
