@@ -78,6 +78,7 @@ Examples:
   boxplus solve demo:sphere --size 900 --noise 2 --seed 7 --plot sphere.png
   boxplus solve map.g2o -o solved.g2o --json > report.json
   boxplus solve map.g2o --robust cauchy:1 --init chordal
+  boxplus solve map.g2o --certify
   gzip -dc map.g2o.gz | boxplus solve - -o - > solved.g2o
 
 The cost is ½ Σ eᵀΩe, and --chart says what e is: the full logarithm on the group (log), or what g2o, Ceres' pose-graph
@@ -125,6 +126,10 @@ pub struct Method {
     /// Hold a vertex where it is; may be given again.
     #[arg(long, value_name = "ID")]
     pub fix: Vec<u64>,
+    /// Prove that no other estimate is better, or go on to one that is. For graphs of poses alone; the proof is about
+    /// SE-Sync's cost, near whose optimum those of the other charts lie.
+    #[arg(long, conflicts_with = "robust")]
+    pub certify: bool,
     /// Edges whose information matrix is not positive definite.
     #[arg(long, value_name = "POLICY", default_value = "refuse")]
     pub indefinite: Indefinite,

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use boxplus::graph::{Initial, Iteration, VariableName};
+use boxplus::pose_graph::certify::Certificate;
 use boxplus::pose_graph::solve::Misfit;
 use boxplus::pose_graph::{PoseGraph, Solved};
 use serde::Serialize;
@@ -52,6 +53,8 @@ pub struct SolveDocument {
     pub faults: Vec<FaultReport>,
     /// Lines whose information matrix was mended, or that were left out: see `--indefinite`.
     pub mended: Vec<u32>,
+    /// With `--certify`: what is proved about the result.
+    pub certificate: Option<CertificateReport>,
     /// What nothing constrains, in words.
     pub unconstrained: Option<String>,
     pub outputs: Vec<String>,
@@ -139,6 +142,53 @@ pub struct WorstEdge {
     pub sigmas: f64,
 }
 
+/// Whether the result is the global optimum of SE-Sync's cost.
+#[derive(Debug, Serialize)]
+pub struct CertificateReport {
+    /// `optimal`, `not_optimal` or `undecided`.
+    pub verdict: &'static str,
+    /// SE-Sync's cost of the estimate that the proof is about.
+    pub cost: f64,
+    /// No estimate whatever costs less.
+    pub lower_bound: f64,
+    pub gap: f64,
+    /// Smallest eigenvalue of the dual matrix, or what it is at least.
+    pub eigenvalue: f64,
+    /// Minima that were left for lower ones.
+    pub escapes: usize,
+    /// The way down from the first of them.
+    pub descent: Option<DescentReport>,
+}
+
+#[derive(Debug, Serialize)]
+pub struct DescentReport {
+    /// SE-Sync's cost where it begins.
+    pub from_cost: f64,
+    /// Curvature of the cost along it, negative.
+    pub curvature: f64,
+    /// The vertices that turn most.
+    pub vertices: Vec<u64>,
+}
+
+impl CertificateReport {
+    fn new(certificate: &Certificate) -> Self {
+        let descent = certificate.descent.as_ref().map(|descent| DescentReport {
+            from_cost: certificate.given_cost,
+            curvature: descent.curvature,
+            vertices: descent.vertices.clone(),
+        });
+        Self {
+            verdict: certificate.verdict.name(),
+            cost: certificate.cost,
+            lower_bound: certificate.lower_bound,
+            gap: certificate.gap(),
+            eigenvalue: certificate.eigenvalue,
+            escapes: certificate.escapes,
+            descent,
+        }
+    }
+}
+
 impl SolveDocument {
     /// All there is to say. `total` counts seconds since the program began.
     pub fn new(loaded: &Loaded, method: &Method, solved: &Solved, total: f64) -> Self {
@@ -175,9 +225,15 @@ impl SolveDocument {
             worst_edges: solved.worst(DETAILED).iter().map(WorstEdge::new).collect(),
             faults: loaded.faults().iter().map(FaultReport::new).collect(),
             mended: solved.mended.iter().map(|line| line.0).collect(),
+            certificate: None,
             unconstrained: solved.unconstrained.as_ref().map(ToString::to_string),
             outputs: Vec::new(),
         }
+    }
+
+    /// Notes what is proved.
+    pub fn certified(&mut self, certificate: &Certificate) {
+        self.certificate = Some(CertificateReport::new(certificate));
     }
 
     /// Notes that a file was written.

@@ -1,6 +1,6 @@
 //! What `solve` says: one readable screen.
 
-use crate::document::{Seconds, SolveDocument};
+use crate::document::{CertificateReport, DescentReport, Seconds, SolveDocument};
 use crate::output::{DIM, GOOD, STRONG, WARN};
 use crate::text::{count, duration, grouped, significant};
 
@@ -14,6 +14,7 @@ impl SolveDocument {
     pub fn screen(&self, verbose: bool) -> String {
         let mut rows = vec![self.heading(), String::new(), self.cost_row()];
         rows.extend(self.charts());
+        rows.extend(self.certificate.iter().flat_map(CertificateReport::rows));
         rows.push(row("stopped", &self.stopped()));
         rows.push(row("start", &self.start()));
         rows.push(row("held", &self.held()));
@@ -155,6 +156,31 @@ impl SolveDocument {
             row("", &line)
         });
         [title].into_iter().chain(rows).collect()
+    }
+}
+
+impl CertificateReport {
+    fn rows(&self) -> Vec<String> {
+        let gap = significant(self.gap, 2);
+        let part = format!("{DIM}SE-Sync's cost {}{DIM:#}", significant(self.cost, DIGITS));
+        let verdict = match self.verdict {
+            "optimal" => format!("{GOOD}yes{GOOD:#}, no estimate is better by more than {gap}   {part}"),
+            _ => {
+                format!("{WARN}undecided{WARN:#}, another estimate could be better by at most {gap}   {part}")
+            }
+        };
+        let way = |descent: &DescentReport| {
+            let most: Vec<_> = descent.vertices.iter().map(ToString::to_string).collect();
+            let left = if self.escapes == 0 { "is not left" } else { "left" };
+            let text = format!(
+                "the minimum at {} {left}: curvature {}, vertices {} turn most",
+                significant(descent.from_cost, DIGITS),
+                significant(descent.curvature, 3),
+                most.join(", ")
+            );
+            row("", &text)
+        };
+        [row("optimum", &verdict)].into_iter().chain(self.descent.as_ref().map(way)).collect()
     }
 }
 

@@ -71,6 +71,46 @@ fn the_json_of_solve_has_every_promised_field() {
     assert!(run.stderr.contains("wrote out.g2o"), "{}", run.stderr);
 }
 
+/// A ring of 20 poses whose vertices turn twice where the measurements turn once.
+fn twisted_ring() -> String {
+    let turn = std::f64::consts::TAU / 20.0;
+    let vertex = |i: usize| format!("VERTEX_SE2 {i} 0 0 {}\n", 2.0 * turn * i as f64);
+    let edge = |i: usize| format!("EDGE_SE2 {i} {} 0 0 {turn} 1 0 0 1 0 1\n", (i + 1) % 20);
+    (0..20).map(vertex).chain((0..20).map(edge)).collect()
+}
+
+#[test]
+fn certify_proves_an_optimum_and_leaves_a_local_minimum() {
+    let folder = square().with("ring.g2o", twisted_ring());
+    let proved = folder.boxplus("solve map.g2o --certify --json").json();
+    assert_eq!(proved["certificate"]["verdict"], "optimal", "{proved}");
+    assert_eq!(proved["certificate"]["descent"], serde_json::Value::Null);
+    let stuck = folder.boxplus("solve ring.g2o --init file --json").json();
+    assert!(stuck["cost"].as_f64().unwrap() > 0.9 && stuck["certificate"].is_null(), "{stuck}");
+    let run = folder.boxplus("solve ring.g2o --init file --certify --json -o out.g2o");
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let freed = run.json();
+    assert_eq!(freed["certificate"]["escapes"], 1, "{freed}");
+    assert!(
+        freed["cost"].as_f64().unwrap() < 1e-20 && freed["initial_cost"].as_f64().unwrap() > 0.9,
+        "{freed}"
+    );
+    let screen = folder.boxplus("solve ring.g2o --init file --certify");
+    assert!(
+        screen.stdout.contains("optimum   yes") && screen.stdout.contains("turn most"),
+        "{}",
+        screen.stdout
+    );
+}
+
+#[test]
+fn certify_refuses_what_its_proof_does_not_cover() {
+    let folder = square();
+    let run = folder.boxplus("solve demo:landmarks --size 60 --certify");
+    assert!(run.code == 2 && run.stderr.contains("EDGE_SE2_XY"), "{}", run.stderr);
+    assert_eq!(folder.boxplus("solve map.g2o --certify --robust huber").code, 2);
+}
+
 #[test]
 fn the_solved_file_starts_at_the_optimum() {
     let folder = square();

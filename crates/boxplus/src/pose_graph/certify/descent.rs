@@ -8,6 +8,8 @@
 //! the proof and the method. A frame is completed to Q ∈ O(P), of which the first D columns count, and moves by Q·Cay(A),
 //! A skew and zero where both coordinates are beyond D: D(D−1)/2 + D(P−D) numbers turn it and P move it.
 
+use core::ops::ControlFlow;
+
 use nalgebra::{DMatrix, SMatrix, SVector, SymmetricEigen};
 
 use super::quadratic::{Frame, Layout, Link, cost, dual, multipliers, slopes};
@@ -86,6 +88,20 @@ impl<const P: usize> Body<P> {
     }
 }
 
+/// Somebody who may stop the search.
+pub(super) struct Watch<'a> {
+    pub(super) observer: &'a mut dyn FnMut(f64) -> ControlFlow<()>,
+    pub(super) stopped: bool,
+}
+
+impl Watch<'_> {
+    /// Tells the cost; whether to go on.
+    fn goes_on(&mut self, cost: f64) -> bool {
+        self.stopped |= (self.observer)(cost).is_break();
+        !self.stopped
+    }
+}
+
 /// The minimum next to `frames`, until a step promises to lower the cost by less than `relative` of it.
 ///
 /// Damped Newton steps: (H + λW)δ = −g, W the weights of the measurements; λ grows until H + λW is positive definite and
@@ -97,6 +113,7 @@ pub(super) fn minimise<const P: usize, const D: usize>(
     links: &[Link<D>],
     given: &[Frame<P, D>],
     relative: f64,
+    watch: &mut Watch<'_>,
 ) -> Result<Vec<Frame<P, D>>, GraphError> {
     let mut newton = Newton::<P, D>::new(links, given.len())?;
     let mut bodies: Vec<Body<P>> = given.iter().map(|f| Body { q: complete(&f.y), t: f.t }).collect();
@@ -104,6 +121,9 @@ pub(super) fn minimise<const P: usize, const D: usize>(
     let mut least = cost(links, &frames);
     newton.linearise(links, &bodies, &frames);
     for _ in 0..STEPS {
+        if !watch.goes_on(least) {
+            break;
+        }
         let Some(predicted) = newton.step(damping) else {
             damping *= PACE;
             if damping > MOST_DAMPING {

@@ -22,14 +22,17 @@ mod quadratic;
 mod spectrum;
 mod staircase;
 
+use core::ops::ControlFlow;
+
 use nalgebra::{SMatrix, SVector};
 
 use super::ids::Ids;
-use super::solve::{PoseGraphError, SolveSettings, usable_information};
-use super::{Edge, Kind, PoseGraph, Vertex, VertexKind};
+use super::solve::{Indefinite, PoseGraphError, SolveSettings, faults, usable_information};
+use super::{Edge, Fault, Kind, PoseGraph, Vertex, VertexKind};
 use crate::graph::isotropic_weights;
 use crate::lie::{SE2, SE3, SO2, SO3};
 use crate::partition::Partition;
+use descent::Watch;
 use quadratic::{Frame, Link};
 use staircase::{Climb, climb};
 
@@ -42,6 +45,17 @@ pub enum Verdict {
     NotOptimal,
     /// Neither is proved; the gap says how much better another estimate could be at most.
     Undecided,
+}
+
+impl Verdict {
+    /// For machines: `optimal`, `not_optimal`, `undecided`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Optimal => "optimal",
+            Self::NotOptimal => "not_optimal",
+            Self::Undecided => "undecided",
+        }
+    }
 }
 
 /// A way down from an estimate that is no optimum.
@@ -137,15 +151,28 @@ pub enum CertifyError {
 /// # Errors
 /// [`CertifyError`], where the proof does not apply.
 pub fn certify(graph: &PoseGraph, settings: &SolveSettings) -> Result<Certificate, CertifyError> {
+    certify_observed(graph, settings, &mut |_| ControlFlow::Continue(()))
+}
+
+/// As [`certify`]; `observer` sees the cost of every step, and may stop with what is known so far.
+///
+/// # Errors
+/// As [`certify`].
+pub fn certify_observed(
+    graph: &PoseGraph,
+    settings: &SolveSettings,
+    observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<Certificate, CertifyError> {
+    let mut watch = Watch { observer, stopped: false };
     applies(graph, settings)?;
     let mut out = graph.clone();
     let climbed = if graph.edges3.is_empty() {
         let links = links::<SE2, 2, 3>(&graph.poses2, &graph.edges2, settings)?;
-        let climb = climb::<2, 3, 4>(&links, &frames(&graph.poses2));
+        let climb = climb::<2, 3, 4>(&links, &frames(&graph.poses2), &mut watch);
         settle(climb.map_err(PoseGraphError::from)?, &links, &mut out.poses2)
     } else {
         let links = links::<SE3, 3, 6>(&graph.poses3, &graph.edges3, settings)?;
-        let climb = climb::<3, 4, 5>(&links, &frames(&graph.poses3));
+        let climb = climb::<3, 4, 5>(&links, &frames(&graph.poses3), &mut watch);
         settle(climb.map_err(PoseGraphError::from)?, &links, &mut out.poses3)
     };
     Ok(Certificate { graph: out, ..climbed })
@@ -177,6 +204,12 @@ fn settle<X: Pose<D>, const D: usize>(
 
 /// Refuses graphs about which the proof says nothing.
 fn applies(graph: &PoseGraph, settings: &SolveSettings) -> Result<(), CertifyError> {
+    let faults = faults(graph, settings.indefinite);
+    let refuse = settings.indefinite == Indefinite::Refuse;
+    let fatal = |fault: &Fault| refuse || !matches!(fault, Fault::Information { .. });
+    if faults.iter().any(fatal) {
+        return Err(PoseGraphError::Faulty { faults }.into());
+    }
     let planar = graph.edges3.is_empty();
     let (poses, edges) =
         if planar { (VertexKind::Pose2, Kind::Edge2) } else { (VertexKind::Pose3, Kind::Edge3) };
@@ -235,6 +268,8 @@ fn links<X: Pose<D>, const D: usize, const N: usize>(
     let ids = Ids::new(vertices.iter().map(|vertex| vertex.id));
     let mut place = vec![0; ids.len()];
     let mut joined = vec![false; vertices.len()];
+    let is_finite = |x: &Frame<D, D>| x.y.iter().chain(&x.t).all(|x| x.is_finite());
+    let without_value = vertices.iter().filter(|vertex| !is_finite(&vertex.value.frame())).count();
     for (i, vertex) in vertices.iter().enumerate() {
         ids.index(vertex.id).into_iter().for_each(|k| place[k] = i);
     }
@@ -254,7 +289,7 @@ fn links<X: Pose<D>, const D: usize, const N: usize>(
         out.push(Link { from, to, rotation: y, translation: t, kappa, tau });
     }
     let alone = joined.iter().filter(|joined| !**joined).count();
-    match strangers + alone {
+    match strangers + alone.max(without_value) {
         0 => Ok(out),
         count => Err(CertifyError::Unsolved { count, poses: vertices.len() }),
     }

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, SMatrix, SVector, SymmetricEigen};
 
 use super::Verdict;
-use super::descent::{descend, minimise};
+use super::descent::{Watch, descend, minimise};
 use super::quadratic::{Frame, Layout, Link, cost, dual, multipliers, slopes};
 use super::spectrum::{Lowest, Shifted};
 use crate::graph::GraphError;
@@ -67,40 +67,41 @@ pub(super) struct Climb<const D: usize> {
 pub(super) fn climb<const D: usize, const P: usize, const Q: usize>(
     links: &[Link<D>],
     given: &[Frame<D, D>],
+    watch: &mut Watch<'_>,
 ) -> Result<Climb<D>, GraphError> {
     let layout = Layout::new(links, given.len(), D + 1)?;
-    let settle = |frames: &[Frame<D, D>]| minimise(links, frames, FINE);
     // A minimum far above its bound need not be known to the last digit before it is left.
-    let mut frames = minimise(links, given, COARSE)?;
+    let mut frames = minimise(links, given, COARSE, watch)?;
     let mut judged = judge(links, &layout, &frames)?;
     if judged.cost - judged.lower_bound < FAR * judged.cost {
-        frames = settle(&frames)?;
+        frames = minimise(links, &frames, FINE, watch)?;
         judged = judge(links, &layout, &frames)?;
     }
     let (given, given_cost) = (judged.verdict(), judged.cost);
-    let descent = judged.lowest.as_ref().map(|lowest| (lowest.eigenvalue, most_turned::<D>(&layout, lowest)));
+    let left_open = judged.lowest.as_ref().filter(|_| given == Verdict::NotOptimal);
+    let descent = left_open.map(|lowest| (lowest.eigenvalue, most_turned::<D>(&layout, lowest)));
     let (mut lower_bound, mut escapes) = (judged.lower_bound, 0);
     while let (Verdict::NotOptimal, Some(lowest), true) =
         (judged.verdict(), &judged.lowest, escapes < ESCAPES)
     {
         // First in a hurry: a rough minimum one dimension up often leads straight to a better one below.
         let start = descend::<D, P, D>(&frames, |pose| part(&layout, lowest, pose), |x| cost(links, x));
-        let rough = minimise(links, &start, COARSE)?;
-        let mut settled = settle(&round(&rough))?;
-        if !is_lower(cost(links, &settled), judged.cost) {
-            let above = minimise(links, &rough, FINE)?;
+        let rough = minimise(links, &start, COARSE, watch)?;
+        let mut settled = minimise(links, &round(&rough), FINE, watch)?;
+        if !watch.stopped && !is_lower(cost(links, &settled), judged.cost) {
+            let above = minimise(links, &rough, FINE, watch)?;
             let test = judge(links, &layout, &above)?;
             lower_bound = lower_bound.max(test.lower_bound);
-            settled = settle(&round(&above))?;
+            settled = minimise(links, &round(&above), FINE, watch)?;
             if let (false, Some(lowest)) = (is_lower(cost(links, &settled), judged.cost), &test.lowest) {
                 let part = |pose| part(&layout, lowest, pose);
                 let start = descend::<P, Q, D>(&above, part, |x| cost(links, x));
-                let top = minimise(links, &start, FINE)?;
+                let top = minimise(links, &start, FINE, watch)?;
                 lower_bound = lower_bound.max(judge(links, &layout, &top)?.lower_bound);
-                settled = settle(&round(&top))?;
+                settled = minimise(links, &round(&top), FINE, watch)?;
             }
         }
-        if !is_lower(cost(links, &settled), judged.cost) {
+        if watch.stopped || !is_lower(cost(links, &settled), judged.cost) {
             break; // the relaxation is lower, but what it says of poses is not
         }
         frames = settled;

@@ -21,7 +21,7 @@ use core::str::FromStr;
 
 pub use costs::Costs;
 pub use problem::Indefinite;
-pub(in crate::pose_graph) use problem::usable_information;
+pub(in crate::pose_graph) use problem::{faults, usable_information};
 pub use uncertainty::PositionCovariance;
 
 use super::constraint::{Constraint, Kind};

@@ -93,7 +93,7 @@ pub(super) fn with_values(graph: &PoseGraph, values: &Values) -> PoseGraph {
 }
 
 /// The faults that keep a graph from being solved.
-fn faults(graph: &PoseGraph, indefinite: Indefinite) -> Vec<Fault> {
+pub(in crate::pose_graph) fn faults(graph: &PoseGraph, indefinite: Indefinite) -> Vec<Fault> {
     let (mut matrices, mut others): (Vec<_>, Vec<_>) =
         graph.faults().into_iter().partition(|fault| matches!(fault, Fault::Information { .. }));
     others.retain(|fault| fault.severity() == Severity::Error);
