@@ -1,7 +1,7 @@
 //! Is the optimum of a pose graph the global one? A proof, or a way further down.
 //!
 //! Descent ends in some minimum. For SE-Sync's cost, which compares rotation matrices and isotropic positions, there is a test
-//! whether it is the lowest of all: the dual matrix S of [`quadratic`] is positive semidefinite there. Where it is, the
+//! whether it is the lowest of all: the matrix S of its dual, as sparse as the graph, is positive semidefinite there. Where it is, the
 //! bound it gives holds against *every* estimate. Where it is not, the eigenvector of its negative eigenvalue leads down
 //! through a space of one more dimension, and what is found there is brought back and tested again. Rosen et al. (2019).
 //!
