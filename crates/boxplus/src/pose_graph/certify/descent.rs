@@ -23,6 +23,8 @@ const LEAST_DAMPING: f64 = 1e-12;
 /// Where damping beyond this does not help, nothing will.
 const MOST_DAMPING: f64 = 1e8;
 const PACE: f64 = 10.0;
+/// Damping falls by this factor where a step promises nothing.
+const LOOSER: f64 = 1e3;
 /// Steps at most.
 const STEPS: usize = 300;
 
@@ -134,15 +136,18 @@ pub(super) fn minimise<const P: usize, const D: usize>(
         let trial = newton.moved(&bodies);
         let trial_frames: Vec<Frame<P, D>> = trial.iter().map(Body::frame).collect();
         let new = cost(links, &trial_frames);
+        let small = predicted <= relative * least;
         if new < least {
             let gain = (least - new) / predicted;
             damping = if gain > 0.75 { (damping / PACE).max(LEAST_DAMPING) } else { damping };
             (bodies, frames, least) = (trial, trial_frames, new);
             newton.linearise(links, &bodies, &frames);
-        } else {
+        } else if !small {
             damping *= PACE;
         }
-        if predicted <= relative * least || damping > MOST_DAMPING {
+        if small && damping > LEAST_DAMPING {
+            damping = (damping / LOOSER).max(LEAST_DAMPING); // convergence is not believed of a step that was held short
+        } else if small || damping > MOST_DAMPING {
             break;
         }
     }

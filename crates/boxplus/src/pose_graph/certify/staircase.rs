@@ -14,6 +14,8 @@ const TIGHT: f64 = 1e-6;
 const ROUNDING: f64 = 1e-15;
 /// Relative decrease at which a minimum is reached: a dual bound is as good as the estimate is stationary.
 const FINE: f64 = 1e-14;
+/// Until it is known which minimum this is.
+const SETTLED: f64 = 1e-6;
 /// Until the way is clear.
 const COARSE: f64 = 1e-3;
 /// A gap beyond this part of the cost is no matter of convergence.
@@ -71,7 +73,7 @@ pub(super) fn climb<const D: usize, const P: usize, const Q: usize>(
 ) -> Result<Climb<D>, GraphError> {
     let layout = Layout::new(links, given.len(), D + 1)?;
     // A minimum far above its bound need not be known to the last digit before it is left.
-    let mut frames = minimise(links, given, COARSE, watch)?;
+    let mut frames = minimise(links, given, SETTLED, watch)?;
     let mut judged = judge(links, &layout, &frames)?;
     if judged.cost - judged.lower_bound < FAR * judged.cost {
         frames = minimise(links, &frames, FINE, watch)?;
