@@ -51,7 +51,7 @@ impl ChiSquared {
         if self.degrees == 0 {
             return Ok(0.0);
         }
-        Ok(self.inverted(|tails| tails.0 - probability, probability))
+        Ok(self.inverted(Tail::Lower, probability))
     }
 
     /// The two x that leave (1 − `probability`)/2 below and above: where an average of NEES or NIS should lie.
@@ -73,7 +73,7 @@ impl ChiSquared {
             return Ok([0.0, 0.0]);
         }
         // By the upper tail, in which a small probability keeps its digits.
-        Ok([low, self.inverted(|tails| tail - tails.1, 1.0 - tail)])
+        Ok([low, self.inverted(Tail::Upper, tail)])
     }
 
     /// P and Q at x.
@@ -103,29 +103,30 @@ impl ChiSquared {
         0.5 * front(a, z) * a / z
     }
 
-    /// The zero of a rising function of the tails: Newton steps inside a bracket, from the guess of Wilson & Hilferty (1931).
-    fn inverted(self, excess: impl Fn((f64, f64)) -> f64, probability: f64) -> f64 {
-        let k = self.degrees as f64;
-        let spread = 2.0 / (9.0 * k);
-        let cube = 1.0 - spread + normal_quantile(probability) * spread.simd_sqrt();
-        // Far down the lower tail P ≈ zᵃ/Γ(a + 1), where the cube is no guess: start from the mean of the bracket instead.
+    /// The x whose tail is `target`: Newton steps on the logarithm of the tail, which is concave, inside a bracket.
+    fn inverted(self, tail: Tail, target: f64) -> f64 {
         let (mut low, mut high) = (0.0, f64::INFINITY);
-        let mut x = if cube > 0.1 { k * cube * cube * cube } else { 1e-3 * k };
+        let mut x = self.guess(if tail == Tail::Lower { target } else { 1.0 - target });
         for _ in 0..200 {
-            let off = excess(self.tails(x));
-            if off > 0.0 {
+            let (p, q) = self.tails(x);
+            let step = match tail {
+                Tail::Lower => -p * (p / target).simd_ln(),
+                Tail::Upper => q * (q / target).simd_ln(),
+            } / self.density(x);
+            if (p > target && tail == Tail::Lower) || (q < target && tail == Tail::Upper) {
                 high = x;
             } else {
                 low = x;
             }
-            let newton = x - off / self.density(x);
+            let newton = x + step;
             let next = if newton > low && newton < high {
                 newton
-            } else if high.is_finite() {
-                // Halve the exponent while the bracket reaches down to 0.
-                if low > 0.0 { 0.5 * (low + high) } else { high / 16.0 }
-            } else {
+            } else if high == f64::INFINITY {
                 2.0 * x
+            } else if low > 0.0 {
+                0.5 * (low + high)
+            } else {
+                high / 16.0
             };
             if (next - x).abs() <= 2.0 * f64::EPSILON * x || next == 0.0 {
                 return next;
@@ -134,18 +135,38 @@ impl ChiSquared {
         }
         x
     }
+
+    /// The cube of Wilson & Hilferty (1931), or far down the lower tail, where it is no guess, P ≈ zᵃ/Γ(a + 1).
+    fn guess(self, probability: f64) -> f64 {
+        let k = self.degrees as f64;
+        let spread = 2.0 / (9.0 * k);
+        let cube = 1.0 - spread + normal_quantile(probability) * spread.simd_sqrt();
+        if cube > 0.1 {
+            return k * cube * cube * cube;
+        }
+        let a = 0.5 * k;
+        let log_gamma = stirling(a) + (a + 0.5) * a.simd_ln() - a + 0.5 * core::f64::consts::TAU.simd_ln();
+        2.0 * ((probability.simd_ln() + log_gamma) / a).simd_exp()
+    }
+}
+
+/// Which side of x a probability counts.
+#[derive(Clone, Copy, PartialEq)]
+enum Tail {
+    Lower,
+    Upper,
 }
 
 /// zᵃe⁻ᶻ/Γ(a + 1) = exp(−a·(u − ln(1 + u)) − δ(a))/√(2πa), u = z/a − 1, δ Stirling's remainder.
 fn front(a: f64, z: f64) -> f64 {
-    let exponent = a * excess_of_log((z - a) / a) + stirling(a);
+    let exponent = a * excess_of_log((z - a) / a, z / a) + stirling(a);
     (-exponent).simd_exp() / (core::f64::consts::TAU * a).simd_sqrt()
 }
 
-/// u − ln(1 + u) for u > −1.
-fn excess_of_log(u: f64) -> f64 {
+/// u − ln r for r = 1 + u > 0; each is given, because one of them has lost the digits of the other.
+fn excess_of_log(u: f64, r: f64) -> f64 {
     if u.abs() > 0.5 {
-        return u - u.simd_ln_1p();
+        return u - r.simd_ln();
     }
     // With v = u/(2 + u), ln(1 + u) = 2(v + v³/3 + v⁵/5 + …), and u − 2v = uv.
     let v = u / (2.0 + u);

@@ -15,7 +15,7 @@ pub struct FuseOptions {
 
 impl Default for FuseOptions {
     fn default() -> Self {
-        Self { max_iterations: 50, tolerance: 1e-8 }
+        Self { max_iterations: 50, tolerance: 1e-6 }
     }
 }
 

@@ -177,11 +177,6 @@ impl<G: LieGroup<D>, const D: usize, E: Side> Gaussian<G, D, E> {
         let cross = f1 * cross * f2.transpose();
         let product = compound::<G, D>(first.matrix(), second.matrix(), &cross, order);
         let covariance = Covariance::by_construction(product.covariance + product.completion);
-        let linear = Self::new(self.mean().compose(rhs.mean()), covariance);
-        match order {
-            Order::Fourth => linear.reset(&product.shift),
-            // J(m)ΣJ(m)ᵀ differs from Σ in the fourth order.
-            Order::First | Order::Second => Self::new(linear.perturbed(&product.shift), covariance),
-        }
+        Self::new(self.mean().compose(rhs.mean()), covariance).reset(&product.shift)
     }
 }

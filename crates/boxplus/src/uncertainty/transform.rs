@@ -78,8 +78,8 @@ impl<G: LieGroup<D>, const D: usize, E: Side> Gaussian<G, D, E> {
     /// ```
     ///
     /// # Errors
-    /// [`UncertaintyError::NotConverged`] where the images have no mean, [`UncertaintyError::Indefinite`] where a negative
-    /// weight leaves no covariance, [`UncertaintyError::NotFinite`] where f is not finite.
+    /// [`UncertaintyError::NotConverged`] where the images have no mean or are not finite, [`UncertaintyError::Indefinite`] where
+    /// a negative weight leaves no covariance.
     pub fn unscented<H, const M: usize>(
         &self,
         f: impl Fn(&G) -> H,
@@ -182,7 +182,8 @@ impl<H, const D: usize> Images<H, D> {
             mean = mean.plus(&step);
             length = step.norm_squared().value().simd_sqrt();
             // Below rounding of the differences there is nothing to gain.
-            if length <= 64.0 * H::Scalar::EPSILON * (1.0 + spread.simd_sqrt()) {
+            let weights = 1.0 + centre.abs() + 2.0 * D as f64 * weight;
+            if length <= 64.0 * H::Scalar::EPSILON * weights * (1.0 + spread.simd_sqrt()) {
                 return Ok(mean);
             }
         }

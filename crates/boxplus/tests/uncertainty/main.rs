@@ -2,5 +2,15 @@
 //! groups.
 #![allow(missing_docs, clippy::unwrap_used)]
 
+mod act;
+mod chi_squared;
+mod covariance;
+mod density;
+mod fuse;
+mod joint;
+mod laws;
 mod monte_carlo;
+mod moves;
 mod propagate;
+mod regions;
+mod transform;

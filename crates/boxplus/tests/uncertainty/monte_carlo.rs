@@ -5,19 +5,19 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
 /// Standard normal numbers, the same in every run.
-pub struct Normal(ChaCha8Rng);
+pub(crate) struct Normal(ChaCha8Rng);
 
 impl Normal {
-    pub fn new(seed: u64) -> Self {
+    pub(crate) fn new(seed: u64) -> Self {
         Self(ChaCha8Rng::seed_from_u64(seed))
     }
 
-    pub fn uniform(&mut self) -> f64 {
+    pub(crate) fn uniform(&mut self) -> f64 {
         ((self.0.next_u64() >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
     }
 
     /// Box & Muller (1958).
-    pub fn vector<const N: usize>(&mut self) -> SVector<f64, N> {
+    pub(crate) fn vector<const N: usize>(&mut self) -> SVector<f64, N> {
         SVector::from_fn(|_, _| {
             let (u, v) = (self.uniform(), self.uniform());
             (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
@@ -26,17 +26,17 @@ impl Normal {
 }
 
 /// Sampled mean and covariance; entry by entry, their standard errors.
-pub struct Moments<const N: usize> {
-    pub mean: SVector<f64, N>,
-    pub mean_error: SVector<f64, N>,
-    pub covariance: SMatrix<f64, N, N>,
-    pub covariance_error: SMatrix<f64, N, N>,
+pub(crate) struct Moments<const N: usize> {
+    pub(crate) mean: SVector<f64, N>,
+    pub(crate) mean_error: SVector<f64, N>,
+    pub(crate) covariance: SMatrix<f64, N, N>,
+    pub(crate) covariance_error: SMatrix<f64, N, N>,
 }
 
 impl<const N: usize> Moments<N> {
     /// Of `runs` draws `(x, c)`: the vector and a control variate, zero-mean with the known covariance `control`. What
     /// x and c share cancels exactly, and the standard error is that of the difference alone.
-    pub fn controlled(
+    pub(crate) fn controlled(
         runs: usize,
         seed: u64,
         control: &SMatrix<f64, N, N>,
@@ -64,25 +64,24 @@ impl<const N: usize> Moments<N> {
         }
     }
 
-    #[allow(dead_code)]
     /// Of plain draws.
-    pub fn of(runs: usize, seed: u64, mut draw: impl FnMut(&mut Normal) -> SVector<f64, N>) -> Self {
+    pub(crate) fn of(runs: usize, seed: u64, mut draw: impl FnMut(&mut Normal) -> SVector<f64, N>) -> Self {
         Self::controlled(runs, seed, &SMatrix::zeros(), |normal| (draw(normal), SVector::zeros()))
     }
 
     /// How far a mean is off, in standard errors of the worst coordinate.
-    pub fn mean_off(&self, mean: &SVector<f64, N>) -> f64 {
+    pub(crate) fn mean_off(&self, mean: &SVector<f64, N>) -> f64 {
         worst(&(self.mean - mean), &self.mean_error)
     }
 
     /// How far a covariance is off, in standard errors of the worst entry.
-    pub fn covariance_off(&self, covariance: &SMatrix<f64, N, N>) -> f64 {
+    pub(crate) fn covariance_off(&self, covariance: &SMatrix<f64, N, N>) -> f64 {
         worst(&(self.covariance - covariance), &self.covariance_error)
     }
 }
 
 /// The largest |difference|/error; rounding alone is no difference.
-pub fn worst<const R: usize, const C: usize>(
+pub(crate) fn worst<const R: usize, const C: usize>(
     difference: &SMatrix<f64, R, C>,
     error: &SMatrix<f64, R, C>,
 ) -> f64 {
@@ -92,6 +91,6 @@ pub fn worst<const R: usize, const C: usize>(
 
 /// Above this many standard errors no entry of a right formula is found: a few hundred entries are compared, and
 /// P(|z| > 4.5) = 7·10⁻⁶.
-pub const AGREES: f64 = 4.5;
+pub(crate) const AGREES: f64 = 4.5;
 /// Beyond this many standard errors a formula is wrong.
-pub const DISAGREES: f64 = 10.0;
+pub(crate) const DISAGREES: f64 = 10.0;
