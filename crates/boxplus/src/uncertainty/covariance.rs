@@ -41,6 +41,11 @@ impl<const D: usize, S: Real> Covariance<D, S> {
         Self { matrix: SMatrix::zeros() }
     }
 
+    /// Independent coordinates with variance 1.
+    pub fn unit() -> Self {
+        Self { matrix: SMatrix::identity() }
+    }
+
     /// Independent coordinates with the given standard deviations, in the units of the tangent; 0 is allowed.
     ///
     /// # Errors
@@ -163,7 +168,7 @@ impl<const D: usize, S: Real> Covariance<D, S> {
     }
 
     /// Unit directions without variance, up to rounding, as columns of length D.
-    pub fn null_directions(&self) -> impl Iterator<Item = SVector<f64, D>> {
+    pub fn null_directions(&self) -> impl Iterator<Item = SVector<f64, D>> + use<D, S> {
         let (values, vectors) = linear::scaled_eigen(&self.matrix.map(Real::value));
         let null = linear::null::<S>(D);
         (0..D).filter(move |&k| values[(k, k)] <= null).map(move |k| vectors.column(k).normalize())

@@ -41,15 +41,15 @@
 //!
 //! From X̄ to Y = X̄·Exp(θ), for local errors:
 //!
-//! | move | Σ at Y | when | error when used for a reset |
+//! | move | Σ at Y | when | as a reset |
 //! |---|---|---|---|
-//! | frame change [`Gaussian::change_body`] | Ad_{Exp(−θ)} Σ Ad_{Exp(−θ)}ᵀ | the same error, of another point of the body | 32 % |
-//! | reset [`Gaussian::reset`] | J_r(θ) Σ J_r(θ)ᵀ | after a correction by θ: ξ ~ N(θ, Σ) told about its mean | 0.1 % (sampling) |
-//! | parallel transport [`Gaussian::transport`] | Ad_{Exp(−θ/2)} Σ Ad_{Exp(−θ/2)}ᵀ | carrying the axes of an ellipsoid along | differs at second order in θ |
-//! | none | Σ | | 33 % |
+//! | frame change [`Gaussian::change_body`] | Ad_{Exp(−θ)} Σ Ad_{Exp(−θ)}ᵀ | the same error, of another point of the body | 40 % off |
+//! | reset [`Gaussian::reset`] | J_r(θ) Σ J_r(θ)ᵀ | after a correction by θ: ξ ~ N(θ, Σ) told about its mean | 0.02 % off |
+//! | parallel transport [`Gaussian::transport`] | Ad_{Exp(−θ/2)} Σ Ad_{Exp(−θ/2)}ᵀ | carrying the axes of an ellipsoid along | 6 % off |
+//! | none | Σ | | 40 % off |
 //!
-//! The percentages are Monte Carlo of a reset by 0.88 rad on SO(3), repeated in the tests. Ad_{Exp θ} with the sign turned is
-//! off by 80 %, and I − ½θ^, the usual approximation of J_r, by 23 %. "The covariance change may be omitted" holds for
+//! The last column is Monte Carlo of a reset by 0.88 rad on SO(3), a test of the library. Frame change with the sign turned is
+//! off by 95 %, and I − ½θ^, the usual approximation of J_r, by 25 %. "The covariance change may be omitted" holds for
 //! small corrections only: at start-up, when corrections are large, it matters most.
 //!
 //! # Pitfalls

@@ -62,7 +62,7 @@ impl<G: LieGroup<D>, const D: usize, E: Side> Region<G, D, E> {
     ///
     /// # Panics
     /// If an axis is ≥ D, as for an array.
-    pub fn curve(&self, axes: [usize; 2], count: usize) -> impl Iterator<Item = G> {
+    pub fn curve(&self, axes: [usize; 2], count: usize) -> impl Iterator<Item = G> + use<G, D, E> {
         let gaussian = self.gaussian;
         let (variances, directions) = gaussian.covariance().principal_axes();
         let semi_axis = |k: usize| directions.column(k) * (variances[k] * self.threshold).simd_sqrt();

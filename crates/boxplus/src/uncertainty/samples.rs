@@ -93,9 +93,9 @@ impl<G: LieGroup<D>, const D: usize, E: Side> Gaussian<G, D, E> {
     }
 
     /// Any number of draws; Σ is factorised once.
-    pub fn samples(&self, rng: &mut impl rand::Rng) -> impl Iterator<Item = G> {
+    pub fn samples<R: rand::Rng>(&self, mut rng: R) -> impl Iterator<Item = G> + use<G, D, E, R> {
         let (gaussian, factor) = (*self, self.covariance().factor());
-        core::iter::repeat_with(move || gaussian.perturbed(&(factor * standard_normal(rng))))
+        core::iter::repeat_with(move || gaussian.perturbed(&(factor * standard_normal(&mut rng))))
     }
 }
 

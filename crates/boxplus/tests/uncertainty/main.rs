@@ -6,6 +6,8 @@ mod act;
 mod chi_squared;
 mod covariance;
 mod density;
+#[cfg(feature = "autodiff")]
+mod dual;
 mod fuse;
 mod joint;
 mod laws;
@@ -13,4 +15,5 @@ mod monte_carlo;
 mod moves;
 mod propagate;
 mod regions;
+mod samples;
 mod transform;
