@@ -196,9 +196,8 @@ fn stereo(samples: usize) -> Outcome {
         let sampled = Moments::of(first.covariance.matrix(), draws);
         let sigma = errors.unscented(camera, &SigmaPoints::default())?;
         let line = |off: [f64; 3], reference: [f64; 3], error: f64| {
-            let pairs: String =
-                off.iter().zip(reference).map(|(x, r)| format!("{:>18}", format!("{x:.3} ({r})"))).collect();
-            println!("{pairs}    {error:.3}");
+            off.iter().zip(reference).for_each(|(x, r)| print!("{:>18}", format!("{x:.3} ({r})")));
+            println!("    {error:.3}");
         };
         print!("  {alpha:3.1}  ");
         line(
