@@ -72,3 +72,68 @@ fn fourth_order_products_agree_with_monte_carlo_where_second_order_does_not() {
     product::<SGal3, Global, 10>(0.1, 7);
     product::<Sim3, Local, 7>(0.1, 8);
 }
+
+/// E[ξ] to fourth order, ½(Log(Exp a·Exp b) + Log(Exp −a·Exp −b)) − ½[a, b] being what is sampled: odd orders cancel and the
+/// second is known, so that nothing but the fourth is left.
+fn shift<G: LieGroup<D, Scalar = f64>, const D: usize, const N: usize>(
+    sigma: f64,
+    correlated: bool,
+    seed: u64,
+) {
+    let factor = |k: usize| {
+        SMatrix::<f64, D, N>::from_fn(|i, j| ((i * i + 3 * i * j + 5 * k + j * j + 1) as f64).sin())
+            * (sigma / (N as f64).sqrt())
+    };
+    // Independent errors read different halves of the noise.
+    let (mut l1, mut l2) = (factor(1), factor(1) * 0.5 + factor(2) * 0.7);
+    if !correlated {
+        l1.columns_mut(D, N - D).fill(0.0);
+        l2.columns_mut(0, D).fill(0.0);
+    }
+    let [s1, s2, cross] = [l1 * l1.transpose(), l2 * l2.transpose(), l1 * l2.transpose()];
+    let [second, fourth] =
+        [Order::Second, Order::Fourth].map(|o| compound::<G, D>(&s1, &s2, &cross, o).shift);
+    let log = |a: &SVector<f64, D>, b: &SVector<f64, D>| G::exp(a).compose(&G::exp(b)).log();
+    let moments = Moments::of(100_000, seed, |normal| {
+        let eta = normal.vector::<N>();
+        let (a, b) = (l1 * eta, l2 * eta);
+        (log(&a, &b) + log(&-a, &-b)) * 0.5 - G::bracket(&a, &b) * 0.5
+    });
+    let name = std::any::type_name::<G>();
+    let off = moments.mean_off(&(fourth - second));
+    assert!(off < AGREES, "{name}: {off:.1} standard errors off");
+    let off = moments.mean_off(&SVector::zeros());
+    assert!(off > DISAGREES, "{name}: without it only {off:.1} standard errors off");
+    assert!(correlated || second.amax() == 0.0, "{name}");
+}
+
+#[test]
+fn the_mean_shifts_in_the_fourth_order_as_monte_carlo_says() {
+    shift::<SO3, 3, 6>(0.15, false, 61);
+    shift::<SE3, 6, 12>(0.15, false, 62);
+    shift::<Sim3, 7, 14>(0.1, false, 63);
+    shift::<SO3, 3, 6>(0.15, true, 64);
+    shift::<SE3, 6, 12>(0.15, true, 65);
+    shift::<SE2, 3, 6>(0.15, true, 66);
+}
+
+#[test]
+fn the_banana_of_barfoot_and_furgale_has_its_published_covariance() {
+    let noise = SMatrix::from_diagonal(&Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0009));
+    let ad: &SMatrix<f64, 6, 6> = &SE3::exp(&Vector6::x()).adjoint();
+    let after = |order| {
+        (0..100).fold(SMatrix::<f64, 6, 6>::zeros(), |sigma, _| {
+            compound::<SE3, 6>(&noise, &(ad * sigma * ad.transpose()), &SMatrix::zeros(), order).covariance
+        })
+    };
+    let [second, fourth] = [Order::Second, Order::Fourth].map(after);
+    let close = |found: f64, printed: f64| {
+        (found - printed).abs() < 0.6 * 10_f64.powi(-3).min(printed.abs() * 1e-5 + 1e-9)
+    };
+    for (m, printed) in [(second, [0.0, 295.515, -4.455, 0.09]), (fourth, [1.67752, 294.40075, -4.455, 0.09])]
+    {
+        for (found, printed) in [m.m11, m.m22, m.m26, m.m66].into_iter().zip(printed) {
+            assert!(close(found, printed), "{found} instead of {printed}");
+        }
+    }
+}
