@@ -137,3 +137,15 @@ fn the_banana_of_barfoot_and_furgale_has_its_published_covariance() {
         }
     }
 }
+
+#[test]
+fn a_product_to_fourth_order_is_a_covariance_however_large_the_errors() {
+    // Three radians about x, then about y: the series alone has left its radius, 9 − 2·81/12 < 0.
+    let about = |sigmas: [f64; 3]| Gaussian::<SO3, 3>::from_sigmas(SO3::identity(), &sigmas.into()).unwrap();
+    let (x, y) = (about([3.0, 0.0, 0.0]), about([0.0, 3.0, 0.0]));
+    let none = SMatrix::zeros();
+    let series =
+        compound::<SO3, 3>(x.covariance().matrix(), y.covariance().matrix(), &none, Order::Fourth).covariance;
+    assert!(Covariance::new(series).is_err());
+    assert!(Covariance::new(*x.compose(&y, Order::Fourth).covariance().matrix()).is_ok());
+}
