@@ -151,7 +151,8 @@ impl<const D: usize, const N: usize> Block<D, N> {
 /// another bundle. It gets
 ///
 /// - [`LieGroup<D>`](crate::lie::LieGroup), D being the sum of the dimensions; its `Algebra` is the tuple of those of the fields;
-/// - `Clone`, `Copy`, `Debug`, `PartialEq`, `Default` (the identity), and `*`;
+/// - `Clone`, `Copy`, `Debug`, `PartialEq`, `Default` (the identity), `*` and `*=`; `Display` if all fields have it, and so with
+///   serialisation, under the feature `serde`;
 /// - the constant `BLOCKS`, which has for each field the [`Block`](crate::lie::Block) where it stands in a tangent;
 /// - with [`variable!`](crate::variable), in one more line, a place in a factor graph.
 ///
@@ -305,6 +306,29 @@ macro_rules! bundle {
                 }
             }
 
+            /// The fields by name, with the formatter's precision.
+            impl<S: Real> core::fmt::Display for $name<S>
+            where
+                $($($group)::+ <$($($argument,)+)? S>: core::fmt::Display,)+
+            {
+                fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+                    f.write_str(concat!(stringify!($name), "("))?;
+                    $(if Index::$field as usize > 0 {
+                        f.write_str(", ")?;
+                    }
+                    f.write_str(concat!(stringify!($field), " "))?;
+                    core::fmt::Display::fmt(&self.$field, f)?;)+
+                    f.write_str(")")
+                }
+            }
+
+            impl<S: Real> core::ops::MulAssign for $name<S> {
+                #[inline]
+                fn mul_assign(&mut self, rhs: Self) {
+                    *self = self.compose(&rhs);
+                }
+            }
+
             impl<S: Real> core::ops::Mul for $name<S> {
                 type Output = Self;
                 #[inline]
@@ -313,7 +337,16 @@ macro_rules! bundle {
                 }
             }
         };
+        $crate::__bundle_serialize!($name, $($field: ($($group)::+ <$($($argument,)+)? S>)),+);
     };
+}
+
+/// Without the feature `serde` a bundle has no serialisation.
+#[cfg(not(feature = "serde"))]
+#[doc(hidden)]
+#[macro_export]
+macro_rules! __bundle_serialize {
+    ($($ignored:tt)*) => {};
 }
 
 /// A function of a tangent whose value is a block-diagonal matrix, for [`bundle!`](crate::bundle).

@@ -36,4 +36,12 @@ pub enum LieError {
     /// The last row of a homogeneous matrix is not (0, …, 0, 1).
     #[error("the last row of the matrix must be (0, …, 0, 1); was it transposed?")]
     NotHomogeneous,
+    /// Stored numbers whose quaternion or (cos, sin) is not of unit norm.
+    #[error(
+        "the rotation is not of unit norm: |q|² differs from 1 by {deviation:.1e}; normalise it, or check the order of the numbers"
+    )]
+    NotUnit {
+        /// ||q|² − 1|.
+        deviation: f64,
+    },
 }
