@@ -149,6 +149,11 @@ pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'st
     fn left_jacobian_inverse(tau: &Tangent<Self::Scalar, D>) -> Jacobian<Self::Scalar, D> {
         Self::right_jacobian_inverse(&-tau)
     }
+    /// Ad_X·τ, without the matrix where that is cheaper: the local step τ, seen from the global frame.
+    #[inline]
+    fn adjoint_times(&self, tau: &Tangent<Self::Scalar, D>) -> Tangent<Self::Scalar, D> {
+        self.adjoint() * tau
+    }
     /// \[a, b\] = vee(a^·b^ − b^·a^) = ad_a·b.
     #[inline]
     fn bracket(a: &Tangent<Self::Scalar, D>, b: &Tangent<Self::Scalar, D>) -> Tangent<Self::Scalar, D> {

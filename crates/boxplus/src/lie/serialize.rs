@@ -1,10 +1,10 @@
 //! Serialisation of every group and bundle (feature `serde`).
 //!
-//! In formats for people (JSON, TOML) an element is a map of the names of [`Plain::FIELDS`](super::Plain::FIELDS), so that no reader
+//! In formats for people (JSON, TOML) an element is a map of the names of [`Plain::FIELDS`], so that no reader
 //! has to guess the order of a quaternion: `{"translation":[1.0,2.0,3.0],"xyzw":[0.0,0.0,0.6,0.8]}`; an element of ℝⁿ is
-//! its list of numbers. In binary formats it is the tuple of [`Plain::to_array`](super::Plain::to_array), without names or
+//! its list of numbers. In binary formats it is the tuple of [`Plain::to_array`], without names or
 //! lengths. A bundle is a struct of its fields in both. Reading checks as
-//! [`Plain::from_array`](super::Plain::from_array) does: what is not finite, or no rotation, is an error of the format with
+//! [`Plain::from_array`] does: what is not finite, or no rotation, is an error of the format with
 //! the reason of [`LieError`](super::LieError).
 
 use super::{Plain, Real, Rn, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};

@@ -1,26 +1,26 @@
 //! Elements as plain numbers: to arrays and back, and slices of arrays seen as slices of elements.
-//!
-//! Every group stores its element as one array, in the order of its tangent: position, rotation, then whatever else. The names of
-//! the fields below say it too, and `Debug`, `Display` and `serde` use them.
-//!
-//! | group | numbers |
-//! |---|---|
-//! | [`Rn<N>`](Rn) | x₁ … x_N |
-//! | [`SO2`] | cos θ, sin θ |
-//! | [`SO3`] | quaternion x, y, z, **w last** |
-//! | [`SE2`] | t₁, t₂, cos θ, sin θ |
-//! | [`SE3`] | t₁, t₂, t₃, quaternion x, y, z, w |
-//! | [`SE23`] | position, quaternion x, y, z, w, velocity |
-//! | [`SGal3`] | position, quaternion x, y, z, w, velocity, time |
-//! | [`Sim2`] | t₁, t₂, cos θ, sin θ, σ |
-//! | [`Sim3`] | t₁, t₂, t₃, quaternion x, y, z, w, σ |
-//!
-//! That of [`SE3`] is the order of TUM trajectories and of ROS poses, that of manif for every group they share.
 
 use super::{Rn, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
 use crate::lie::{LieError, Real};
 
 /// A group whose element is N plain numbers in a stated order.
+///
+/// Every group stores its element as one array, in the order of its tangent: position, rotation, then whatever else. The names of
+/// [`Plain::FIELDS`] say it too, and `Debug`, `Display` and `serde` use them.
+///
+/// | group | numbers |
+/// |---|---|
+/// | [`Rn<N>`](crate::lie::Rn) | x₁ … x_N |
+/// | [`SO2`](crate::lie::SO2) | cos θ, sin θ |
+/// | [`SO3`](crate::lie::SO3) | quaternion x, y, z, **w last** |
+/// | [`SE2`](crate::lie::SE2) | t₁, t₂, cos θ, sin θ |
+/// | [`SE3`](crate::lie::SE3) | t₁, t₂, t₃, quaternion x, y, z, w |
+/// | [`SE23`](crate::lie::SE23) | position, quaternion x, y, z, w, velocity |
+/// | [`SGal3`](crate::lie::SGal3) | position, quaternion x, y, z, w, velocity, time |
+/// | [`Sim2`](crate::lie::Sim2) | t₁, t₂, cos θ, sin θ, σ |
+/// | [`Sim3`](crate::lie::Sim3) | t₁, t₂, t₃, quaternion x, y, z, w, σ |
+///
+/// That of [`SE3`](crate::lie::SE3) is the order of TUM trajectories and of ROS poses, that of manif for every group they share.
 ///
 /// ```
 /// use boxplus::lie::{LieError, Plain, SE3};

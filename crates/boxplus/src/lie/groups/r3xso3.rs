@@ -28,7 +28,10 @@ use crate::lie::{Jacobian, LieError, LieGroup, Plain, Real, Rn, SE3, SO3};
 use nalgebra::{Matrix6, Vector3};
 
 crate::bundle! {
-    /// A translation and a rotation side by side, uncoupled.
+    /// ⟨ℝ³, SO(3)⟩: a translation and a rotation side by side, uncoupled. The numbers of a pose, but not SE(3).
+    ///
+    /// Tangent (δt, φ): δt moves the origin in the parent frame whatever the rotation, where ρ of SE(3) is in the body frame.
+    /// Exp, Ad and J have no coupling block. It does not act on points: take [`R3xSO3::pose`] to move them.
     pub struct R3xSO3 {
         translation: Rn<3> [3],
         rotation: SO3 [3],

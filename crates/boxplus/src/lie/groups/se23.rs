@@ -194,6 +194,12 @@ impl<S: Real> LieGroup<9> for SE23<S> {
         let r = self.rotation().to_matrix();
         block(&r, &(skew(&self.position()) * r), &(skew(&self.velocity()) * r))
     }
+    /// (R·ρ + p × R·φ, R·φ, R·ν + v × R·φ).
+    #[inline]
+    fn adjoint_times(&self, tau: &SVector<S, 9>) -> SVector<S, 9> {
+        let [rho, phi, nu] = split(tau).map(|v| self.rotation().act(&v));
+        join(&[rho + self.position().cross(&phi), phi, nu + self.velocity().cross(&phi)])
+    }
     #[inline]
     fn small_adjoint(tau: &SVector<S, 9>) -> SMatrix<S, 9, 9> {
         let [rho, phi, nu] = split(tau);

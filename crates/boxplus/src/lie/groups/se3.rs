@@ -192,6 +192,13 @@ impl<S: Real> LieGroup<6> for SE3<S> {
         let r = self.rotation().to_matrix();
         block(&r, &(skew(&self.translation()) * r))
     }
+    /// (R·ρ + t × R·φ, R·φ).
+    #[inline]
+    fn adjoint_times(&self, tau: &Vector6<S>) -> Vector6<S> {
+        let ((rho, phi), r) = (split(tau), self.rotation());
+        let turned = r.act(&phi);
+        join(&(r.act(&rho) + self.translation().cross(&turned)), &turned)
+    }
     #[inline]
     fn small_adjoint(tau: &Vector6<S>) -> Matrix6<S> {
         let (rho, phi) = split(tau);

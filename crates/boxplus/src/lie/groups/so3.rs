@@ -338,6 +338,10 @@ impl<S: Real> LieGroup<3> for SO3<S> {
         self.to_matrix()
     }
     #[inline]
+    fn adjoint_times(&self, phi: &Vector3<S>) -> Vector3<S> {
+        self.act(phi)
+    }
+    #[inline]
     fn small_adjoint(phi: &Vector3<S>) -> Matrix3<S> {
         skew(phi)
     }
