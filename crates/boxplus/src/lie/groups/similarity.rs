@@ -138,7 +138,7 @@ fn mean_growth<S: Real>(sigma: S) -> S {
 
 /// a·I + b·W + c·W², W = φ^.
 #[derive(Clone, Copy)]
-pub(super) struct Polynomial<S>(pub(in crate::lie) [S; 3]);
+pub(super) struct Polynomial<S>(pub(super) [S; 3]);
 
 impl<S: Real> Polynomial<S> {
     /// The product, by W³ = −xW.
