@@ -101,6 +101,7 @@ macro_rules! agrees {
             assert_eq!(bits(&block.of(&x.log())), bits(&p.log()));
             assert_eq!(bits(&block.of(&x.rminus(&y))), bits(&p.rminus(&q)));
             assert_eq!(bits(&block.of(&x.lminus(&y))), bits(&p.lminus(&q)));
+            assert_eq!(bits(&block.of(&x.adjoint_times(&$other))), bits(&p.adjoint_times(&u)));
             let own = [
                 p.adjoint(),
                 <$group>::small_adjoint(&t),

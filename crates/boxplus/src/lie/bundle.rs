@@ -1,43 +1,4 @@
 //! Bundles: several groups side by side, which are a group again, block by block.
-//!
-//! A state is rarely a pose alone: a rover also has biases, a calibration, a clock. Their product ⟨X₁, …, X_k⟩ is a Lie group of
-//! dimension D = ΣDᵢ, in which nothing couples (Solà et al. (2018) §IV):
-//!
-//! ```text
-//! ⟨X₁, X₂⟩·⟨Y₁, Y₂⟩ = ⟨X₁Y₁, X₂Y₂⟩      Exp⟨τ₁, τ₂⟩ = ⟨Exp τ₁, Exp τ₂⟩      Ad = [Ad₁, 0; 0, Ad₂]      J_r = [J_r₁, 0; 0, J_r₂]
-//! ```
-//!
-//! [`bundle!`](crate::bundle) makes a struct of yours such a group. Its fields keep their names and types, and everything that
-//! works on a [`LieGroup`](crate::lie::LieGroup) works on it. Its constant `BLOCKS` says where each field stands: a [`Block`] finds
-//! it in a tangent, in a covariance or in a Jacobian.
-//!
-//! ```
-//! use boxplus::bundle;
-//! use boxplus::lie::{LieGroup, Rn, SE3};
-//! use nalgebra::{SMatrix, SVector, Vector3};
-//!
-//! bundle! {
-//!     /// Where a rover is, and what its gyroscope shows at rest.
-//!     pub struct Rover {
-//!         /// world_from_body.
-//!         pub pose: SE3 [6],
-//!         /// In rad/s.
-//!         pub bias: Rn<3> [3],
-//!     }
-//! }
-//!
-//! let start: Rover = Rover::identity();
-//! let step = SVector::<f64, 9>::from_fn(|i, _| 0.125 * i as f64);
-//! let end = start.rplus(&step);
-//! assert_eq!(end.pose, SE3::exp(&Rover::BLOCKS.pose.of(&step)));
-//! assert_eq!(end.bias.vector(), Vector3::new(0.75, 0.875, 1.0));
-//!
-//! let covariance = SMatrix::<f64, 9, 9>::identity() * 0.01;
-//! let of_pose: SMatrix<f64, 6, 6> = Rover::BLOCKS.pose.marginal(&covariance);
-//! assert_eq!((of_pose[(5, 5)], Rover::BLOCKS.bias.range()), (0.01, 6..9));
-//! ```
-//!
-//! **⟨ℝ³, SO(3)⟩ is not SE(3).** Both hold a rotation and a translation, and differ in everything else: see [`crate::lie::R3xSO3`].
 
 use super::Real;
 use core::ops::Range;
@@ -146,14 +107,55 @@ impl<const D: usize, const N: usize> Block<D, N> {
 
 /// Makes a struct a Lie group: each field is a group with its dimension in brackets, the whole their product.
 ///
+/// A state is rarely a pose alone: a rover also has biases, a calibration, a clock. Their product ⟨X₁, …, X_k⟩ is a Lie group of
+/// dimension D = ΣDᵢ, in which nothing couples (Solà et al. (2018) §IV):
+///
+/// ```text
+/// ⟨X₁, X₂⟩·⟨Y₁, Y₂⟩ = ⟨X₁Y₁, X₂Y₂⟩      Exp⟨τ₁, τ₂⟩ = ⟨Exp τ₁, Exp τ₂⟩      Ad = [Ad₁, 0; 0, Ad₂]      J_r = [J_r₁, 0; 0, J_r₂]
+/// ```
+///
+/// This macro makes a struct of yours such a group. Its fields keep their names and types, and everything that works on a
+/// [`LieGroup`](crate::lie::LieGroup) works on it. Its constant `BLOCKS` says where each field stands: a
+/// [`Block`](crate::lie::Block) finds it in a tangent, in a covariance or in a Jacobian.
+///
+/// ```
+/// use boxplus::bundle;
+/// use boxplus::lie::{LieGroup, Rn, SE3};
+/// use nalgebra::{SMatrix, SVector, Vector3};
+///
+/// bundle! {
+///     /// Where a rover is, and what its gyroscope shows at rest.
+///     pub struct Rover {
+///         /// world_from_body.
+///         pub pose: SE3 [6],
+///         /// In rad/s.
+///         pub bias: Rn<3> [3],
+///     }
+/// }
+///
+/// let start: Rover = Rover::identity();
+/// let step = SVector::<f64, 9>::from_fn(|i, _| 0.125 * i as f64);
+/// let end = start.rplus(&step);
+/// assert_eq!(end.pose, SE3::exp(&Rover::BLOCKS.pose.of(&step)));
+/// assert_eq!(end.bias.vector(), Vector3::new(0.75, 0.875, 1.0));
+///
+/// let covariance = SMatrix::<f64, 9, 9>::identity() * 0.01;
+/// let of_pose: SMatrix<f64, 6, 6> = Rover::BLOCKS.pose.marginal(&covariance);
+/// assert_eq!((of_pose[(5, 5)], Rover::BLOCKS.bias.range()), (0.01, 6..9));
+/// ```
+///
+/// **⟨ℝ³, SO(3)⟩ is not SE(3).** Both hold a rotation and a translation, and differ in everything else: see
+/// [`R3xSO3`](crate::lie::R3xSO3).
+///
 /// The struct is generic over the scalar, `Rover<S = f64>`, its fields are `SE3<S>`, `Rn<3, S>`; they are written without that
 /// parameter. A field may be any group whose last parameter is the scalar: those of [`crate::lie`], one of your own,
 /// another bundle. It gets
 ///
 /// - [`LieGroup<D>`](crate::lie::LieGroup), D being the sum of the dimensions; its `Algebra` is the tuple of those of the fields;
-/// - `Clone`, `Copy`, `Debug`, `PartialEq`, `Default` (the identity), and `*`;
+/// - `Clone`, `Copy`, `Debug`, `PartialEq`, `Default` (the identity), `*` and `*=`; `Display` if all fields have it, and so with
+///   serialisation, under the feature `serde`;
 /// - the constant `BLOCKS`, which has for each field the [`Block`](crate::lie::Block) where it stands in a tangent;
-/// - with [`variable!`](crate::variable), in one more line, a place in a factor graph.
+/// - with `variable!` (feature `solve`), in one more line, a place in a factor graph.
 ///
 /// ```
 /// use boxplus::bundle;
@@ -250,6 +252,13 @@ macro_rules! bundle {
                     $($name::BLOCKS.$field.set_diagonal(&mut matrix, &self.$field.adjoint());)+
                     matrix
                 }
+                #[inline]
+                fn adjoint_times(&self, tau: &Tangent<S, N>) -> Tangent<S, N> {
+                    let mut moved = Tangent::<S, N>::zeros();
+                    $(let part = self.$field.adjoint_times(&$name::BLOCKS.$field.of(tau));
+                    $name::BLOCKS.$field.set(&mut moved, &part);)+
+                    moved
+                }
                 $crate::__bundle_blocks!($name, small_adjoint, $($field: ($($group)::+ <$($($argument,)+)? S>)),+);
                 $crate::__bundle_blocks!($name, right_jacobian, $($field: ($($group)::+ <$($($argument,)+)? S>)),+);
                 $crate::__bundle_blocks!($name, right_jacobian_inverse, $($field: ($($group)::+ <$($($argument,)+)? S>)),+);
@@ -305,6 +314,29 @@ macro_rules! bundle {
                 }
             }
 
+            /// The fields by name, with the formatter's precision.
+            impl<S: Real> core::fmt::Display for $name<S>
+            where
+                $($($group)::+ <$($($argument,)+)? S>: core::fmt::Display,)+
+            {
+                fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+                    f.write_str(concat!(stringify!($name), "("))?;
+                    $(if Index::$field as usize > 0 {
+                        f.write_str(", ")?;
+                    }
+                    f.write_str(concat!(stringify!($field), " "))?;
+                    core::fmt::Display::fmt(&self.$field, f)?;)+
+                    f.write_str(")")
+                }
+            }
+
+            impl<S: Real> core::ops::MulAssign for $name<S> {
+                #[inline]
+                fn mul_assign(&mut self, rhs: Self) {
+                    *self = self.compose(&rhs);
+                }
+            }
+
             impl<S: Real> core::ops::Mul for $name<S> {
                 type Output = Self;
                 #[inline]
@@ -313,7 +345,16 @@ macro_rules! bundle {
                 }
             }
         };
+        $crate::__bundle_serialize!($name, $($field: ($($group)::+ <$($($argument,)+)? S>)),+);
     };
+}
+
+/// Without the feature `serde` a bundle has no serialisation.
+#[cfg(not(feature = "serde"))]
+#[doc(hidden)]
+#[macro_export]
+macro_rules! __bundle_serialize {
+    ($($ignored:tt)*) => {};
 }
 
 /// A function of a tangent whose value is a block-diagonal matrix, for [`bundle!`](crate::bundle).

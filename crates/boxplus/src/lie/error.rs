@@ -75,4 +75,12 @@ pub enum LieError {
         /// Relative size of what is wrong.
         deviation: f64,
     },
+    /// Stored numbers whose quaternion or (cos, sin) is not of unit norm.
+    #[error(
+        "the rotation is not of unit norm: |q|² differs from 1 by {deviation:.1e}; normalise it, or check the order of the numbers"
+    )]
+    NotUnit {
+        /// ||q|² − 1|.
+        deviation: f64,
+    },
 }

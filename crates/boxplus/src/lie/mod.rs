@@ -47,6 +47,8 @@ mod real;
 pub mod rotation;
 #[cfg(feature = "rand")]
 pub mod sample;
+#[cfg(feature = "serde")]
+pub mod serialize;
 pub mod sphere;
 mod stumpff;
 
@@ -54,7 +56,9 @@ pub use action::{Action, PointJac};
 pub use bundle::Block;
 pub use distance::Distance;
 pub use error::LieError;
-pub use groups::{R3xSO3, Rn, RxSO2, RxSO3, S1, S3, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
+pub use groups::{Plain, R3xSO3, Rn, RxSO2, RxSO3, S1, S3, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
+#[cfg(feature = "bytemuck")]
+pub use groups::{PlainSlices, SliceError};
 pub use left::LeftJacobians;
 pub use log_near::LogNear;
 pub use manifold::Manifold;
@@ -161,10 +165,37 @@ pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'st
     fn left_jacobian_inverse(tau: &Tangent<Self::Scalar, D>) -> Jacobian<Self::Scalar, D> {
         Self::right_jacobian_inverse(&-tau)
     }
+    /// Ad_X·τ, without the matrix where that is cheaper: the local step τ, seen from the global frame.
+    #[inline]
+    fn adjoint_times(&self, tau: &Tangent<Self::Scalar, D>) -> Tangent<Self::Scalar, D> {
+        self.adjoint() * tau
+    }
     /// \[a, b\] = vee(a^·b^ − b^·a^) = ad_a·b.
     #[inline]
     fn bracket(a: &Tangent<Self::Scalar, D>, b: &Tangent<Self::Scalar, D>) -> Tangent<Self::Scalar, D> {
         Self::small_adjoint(a) * b
+    }
+
+    /// Whether no coordinate of X ⊖ Y exceeds `tolerance`, with X = `self`, Y = `other`: equal in the sense of the group, q and −q
+    /// being one rotation. Metres and radians are held to the same number; false where anything is NaN.
+    ///
+    /// ```
+    /// use boxplus::lie::{LieGroup, SO3};
+    /// let x = SO3::from_xyzw([0.1, 0.2, 0.3, 0.9])?;
+    /// let negated = SO3::from_xyzw([-0.1, -0.2, -0.3, -0.9])?;
+    /// assert!(x.is_near(&negated, 1e-15));
+    /// # Ok::<(), boxplus::lie::LieError>(())
+    /// ```
+    fn is_near(&self, other: &Self, tolerance: f64) -> bool {
+        self.rminus(other).iter().all(|x| x.value().abs() <= tolerance)
+    }
+    /// The basis Eᵢ = eᵢ^ of the algebra: τ^ = Σ τᵢEᵢ. Solà et al. (2018) (10).
+    fn generators() -> [Self::Algebra; D] {
+        core::array::from_fn(|i| {
+            let mut e = Tangent::<Self::Scalar, D>::zeros();
+            e[i] = Self::Scalar::lit(1.0);
+            Self::hat(&e)
+        })
     }
 
     /// X⁻¹: `(value, −Ad_X)`. Solà et al. (2018) (62).

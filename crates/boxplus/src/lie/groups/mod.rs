@@ -1,6 +1,8 @@
 //! The groups, one file each: required items, constructors with their errors, and the page that teaches it.
 
+mod format;
 mod homogeneous;
+mod plain;
 mod r3xso3;
 mod rn;
 mod rxso2;
@@ -16,6 +18,9 @@ mod similarity;
 mod so2;
 mod so3;
 
+pub use plain::Plain;
+#[cfg(feature = "bytemuck")]
+pub use plain::{PlainSlices, SliceError};
 pub use r3xso3::R3xSO3;
 pub use rn::Rn;
 pub use rxso2::RxSO2;

@@ -24,11 +24,14 @@
 //! assert_eq!(pose.rotation(), pair.rotation());
 //! ```
 
-use crate::lie::{Jacobian, LieGroup, Real, Rn, SE3, SO3};
+use crate::lie::{Jacobian, LieError, LieGroup, Plain, Real, Rn, SE3, SO3};
 use nalgebra::{Matrix6, Vector3};
 
 crate::bundle! {
-    /// A translation and a rotation side by side, uncoupled.
+    /// ⟨ℝ³, SO(3)⟩: a translation and a rotation side by side, uncoupled. The numbers of a pose, but not SE(3).
+    ///
+    /// Tangent (δt, φ): δt moves the origin in the parent frame whatever the rotation, where ρ of SE(3) is in the body frame.
+    /// Exp, Ad and J have no coupling block. It does not act on points: take [`R3xSO3::pose`] to move them.
     pub struct R3xSO3 {
         translation: Rn<3> [3],
         rotation: SO3 [3],
@@ -80,5 +83,22 @@ impl<S: Real> R3xSO3<S> {
     pub fn pose_jac(&self) -> (SE3<S>, Jacobian<S, 6>) {
         let (_, d_self) = Self::from_pose_jac(&SE3::new(self.rotation.inverse(), self.translation()));
         (self.pose(), d_self)
+    }
+}
+
+/// The numbers of the pose: t₁, t₂, t₃, quaternion x, y, z, w.
+impl<S: Real> Plain<7> for R3xSO3<S> {
+    type Number = S;
+    const NAME: &'static str = "R3xSO3";
+    const FIELDS: &'static [(&'static str, usize)] = SE3::<S>::FIELDS;
+
+    fn to_array(&self) -> [S; 7] {
+        self.pose().to_array()
+    }
+    fn from_array(numbers: [S; 7]) -> Result<Self, LieError> {
+        SE3::from_array(numbers).map(|pose| Self::from_pose(&pose))
+    }
+    fn check_array(numbers: &[S; 7]) -> Result<(), LieError> {
+        SE3::check_array(numbers)
     }
 }

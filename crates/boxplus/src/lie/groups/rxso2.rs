@@ -19,17 +19,17 @@ use core::ops::Mul;
 use nalgebra::{Matrix2, Vector2};
 
 /// A rotation of the plane with a change of scale.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RxSO2<S = f64> {
-    rotation: SO2<S>,
-    log_scale: S,
-}
+#[derive(Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "bytemuck", derive(bytemuck::TransparentWrapper))]
+#[repr(transparent)]
+pub struct RxSO2<S = f64>(pub(in crate::lie) [S; 3]);
 
 impl<S: Real> RxSO2<S> {
     /// The map p ↦ e^`log_scale`·`rotation`·p.
     #[inline]
     pub fn new(rotation: SO2<S>, log_scale: S) -> Self {
-        Self { rotation, log_scale }
+        let [cos, sin] = rotation.0;
+        Self([cos, sin, log_scale])
     }
 
     /// The map p ↦ `scale`·`rotation`·p.
@@ -52,37 +52,38 @@ impl<S: Real> RxSO2<S> {
     /// R.
     #[inline]
     pub fn rotation(&self) -> SO2<S> {
-        self.rotation
+        let [cos, sin, _] = self.0;
+        SO2([cos, sin])
     }
 
     /// s = e^σ > 0: lengths in the parent frame over lengths in the local one.
     #[inline]
     pub fn scale(&self) -> S {
-        self.log_scale.simd_exp()
+        self.log_scale().simd_exp()
     }
 
     /// σ = ln s.
     #[inline]
     pub fn log_scale(&self) -> S {
-        self.log_scale
+        self.0[2]
     }
 
     /// The 2×2 matrix s·R.
     #[inline]
     pub fn to_matrix(&self) -> Matrix2<S> {
-        self.rotation.to_matrix() * self.scale()
+        self.rotation().to_matrix() * self.scale()
     }
 
     /// The same map with the rotation at unit norm to the last digit.
     pub fn normalize(&self) -> Self {
-        Self::new(self.rotation.normalize(), self.log_scale)
+        Self::new(self.rotation().normalize(), self.log_scale())
     }
 }
 
 /// At the origin.
 impl<S: Real> From<RxSO2<S>> for Sim2<S> {
     fn from(x: RxSO2<S>) -> Self {
-        Self::new(x.rotation, Vector2::zeros(), x.log_scale)
+        Self::new(x.rotation(), Vector2::zeros(), x.log_scale())
     }
 }
 
@@ -97,11 +98,11 @@ impl<S: Real> LieGroup<2> for RxSO2<S> {
     }
     #[inline]
     fn compose(&self, rhs: &Self) -> Self {
-        Self::new(self.rotation.compose(&rhs.rotation), self.log_scale + rhs.log_scale)
+        Self::new(self.rotation().compose(&rhs.rotation()), self.log_scale() + rhs.log_scale())
     }
     #[inline]
     fn inverse(&self) -> Self {
-        Self::new(self.rotation.inverse(), -self.log_scale)
+        Self::new(self.rotation().inverse(), -self.log_scale())
     }
     #[inline]
     fn exp(tau: &Vector2<S>) -> Self {
@@ -109,7 +110,7 @@ impl<S: Real> LieGroup<2> for RxSO2<S> {
     }
     #[inline]
     fn log(&self) -> Vector2<S> {
-        Vector2::new(self.rotation.angle(), self.log_scale)
+        Vector2::new(self.rotation().angle(), self.log_scale())
     }
     #[inline]
     fn adjoint(&self) -> Matrix2<S> {
@@ -134,14 +135,14 @@ impl<S: Real> LieGroup<2> for RxSO2<S> {
         Vector2::new(algebra.m21, algebra.m11)
     }
     fn map<T: Real>(&self, f: impl Fn(S) -> T) -> RxSO2<T> {
-        RxSO2::new(self.rotation.map(&f), f(self.log_scale))
+        RxSO2::new(self.rotation().map(&f), f(self.log_scale()))
     }
 }
 
 impl<S: Real> Action<2, 2> for RxSO2<S> {
     #[inline]
     fn act(&self, p: &Vector2<S>) -> Vector2<S> {
-        self.rotation.act(p) * self.scale()
+        self.rotation().act(p) * self.scale()
     }
     #[inline]
     fn linear_part(&self) -> Matrix2<S> {

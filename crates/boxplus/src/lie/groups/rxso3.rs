@@ -21,17 +21,17 @@ use core::ops::Mul;
 use nalgebra::{Matrix3, Matrix4, SMatrix, Vector3, Vector4};
 
 /// A rotation of space with a change of scale.
-#[derive(Clone, Copy, Debug)]
-pub struct RxSO3<S = f64> {
-    rotation: SO3<S>,
-    log_scale: S,
-}
+#[derive(Clone, Copy)]
+#[cfg_attr(feature = "bytemuck", derive(bytemuck::TransparentWrapper))]
+#[repr(transparent)]
+pub struct RxSO3<S = f64>(pub(in crate::lie) [S; 5]);
 
 impl<S: Real> RxSO3<S> {
     /// The map p ↦ e^`log_scale`·`rotation`·p.
     #[inline]
     pub fn new(rotation: SO3<S>, log_scale: S) -> Self {
-        Self { rotation, log_scale }
+        let [x, y, z, w] = rotation.0;
+        Self([x, y, z, w, log_scale])
     }
 
     /// The map p ↦ `scale`·`rotation`·p.
@@ -54,30 +54,31 @@ impl<S: Real> RxSO3<S> {
     /// R.
     #[inline]
     pub fn rotation(&self) -> SO3<S> {
-        self.rotation
+        let [x, y, z, w, _] = self.0;
+        SO3([x, y, z, w])
     }
 
     /// s = e^σ > 0: lengths in the parent frame over lengths in the local one.
     #[inline]
     pub fn scale(&self) -> S {
-        self.log_scale.simd_exp()
+        self.log_scale().simd_exp()
     }
 
     /// σ = ln s.
     #[inline]
     pub fn log_scale(&self) -> S {
-        self.log_scale
+        self.0[4]
     }
 
     /// The 3×3 matrix s·R.
     #[inline]
     pub fn to_matrix(&self) -> Matrix3<S> {
-        self.rotation.to_matrix() * self.scale()
+        self.rotation().to_matrix() * self.scale()
     }
 
     /// The same map with the rotation at unit norm to the last digit.
     pub fn normalize(&self) -> Self {
-        Self::new(self.rotation.normalize(), self.log_scale)
+        Self::new(self.rotation().normalize(), self.log_scale())
     }
 }
 
@@ -91,14 +92,14 @@ fn block<S: Real>(a: &Matrix3<S>, b: S) -> Matrix4<S> {
 
 impl<S: Real> PartialEq for RxSO3<S> {
     fn eq(&self, other: &Self) -> bool {
-        self.rotation == other.rotation && self.log_scale == other.log_scale
+        self.rotation() == other.rotation() && self.log_scale() == other.log_scale()
     }
 }
 
 /// At the origin.
 impl<S: Real> From<RxSO3<S>> for Sim3<S> {
     fn from(x: RxSO3<S>) -> Self {
-        Self::new(x.rotation, Vector3::zeros(), x.log_scale)
+        Self::new(x.rotation(), Vector3::zeros(), x.log_scale())
     }
 }
 
@@ -113,11 +114,11 @@ impl<S: Real> LieGroup<4> for RxSO3<S> {
     }
     #[inline]
     fn compose(&self, rhs: &Self) -> Self {
-        Self::new(self.rotation.compose(&rhs.rotation), self.log_scale + rhs.log_scale)
+        Self::new(self.rotation().compose(&rhs.rotation()), self.log_scale() + rhs.log_scale())
     }
     #[inline]
     fn inverse(&self) -> Self {
-        Self::new(self.rotation.inverse(), -self.log_scale)
+        Self::new(self.rotation().inverse(), -self.log_scale())
     }
     #[inline]
     fn exp(tau: &Vector4<S>) -> Self {
@@ -125,11 +126,11 @@ impl<S: Real> LieGroup<4> for RxSO3<S> {
     }
     #[inline]
     fn log(&self) -> Vector4<S> {
-        self.rotation.log().push(self.log_scale)
+        self.rotation().log().push(self.log_scale())
     }
     #[inline]
     fn adjoint(&self) -> Matrix4<S> {
-        block(&self.rotation.adjoint(), S::one())
+        block(&self.rotation().adjoint(), S::one())
     }
     #[inline]
     fn small_adjoint(tau: &Vector4<S>) -> Matrix4<S> {
@@ -150,14 +151,14 @@ impl<S: Real> LieGroup<4> for RxSO3<S> {
         SO3::vee(algebra).push(algebra.m11)
     }
     fn map<T: Real>(&self, f: impl Fn(S) -> T) -> RxSO3<T> {
-        RxSO3::new(self.rotation.map(&f), f(self.log_scale))
+        RxSO3::new(self.rotation().map(&f), f(self.log_scale()))
     }
 }
 
 impl<S: Real> Action<4, 3> for RxSO3<S> {
     #[inline]
     fn act(&self, p: &Vector3<S>) -> Vector3<S> {
-        self.rotation.act(p) * self.scale()
+        self.rotation().act(p) * self.scale()
     }
     #[inline]
     fn linear_part(&self) -> Matrix3<S> {

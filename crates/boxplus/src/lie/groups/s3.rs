@@ -31,32 +31,37 @@ use nalgebra::{Matrix3, Vector3};
 pub type S1<S = f64> = SO2<S>;
 
 /// A unit quaternion, told from its negative.
-#[derive(Clone, Copy, Debug)]
-pub struct S3<S = f64> {
-    rotation: SO3<S>,
-}
+#[derive(Clone, Copy)]
+#[cfg_attr(feature = "bytemuck", derive(bytemuck::TransparentWrapper))]
+#[repr(transparent)]
+pub struct S3<S = f64>(pub(in crate::lie) [S; 4]);
 
 /// 2⁻⁶⁰: gives −1 an axis, and is far below the rounding of anything else.
 const NUDGE: f64 = 1.0 / (1_u64 << 60) as f64;
 
 impl<S: Real> S3<S> {
+    #[inline]
+    fn rotation(&self) -> SO3<S> {
+        SO3(self.0)
+    }
+
     /// The quaternion x·i + y·j + z·k + w, of any norm but 0, which is divided out.
     ///
     /// # Errors
     /// [`LieError::NotFinite`] or [`LieError::Zero`].
     pub fn from_xyzw(quaternion: [S; 4]) -> Result<Self, LieError> {
-        Ok(Self { rotation: SO3::from_xyzw(quaternion)? })
+        Ok(Self((SO3::from_xyzw(quaternion)?).0))
     }
 
     /// \[x, y, z, w\].
     #[inline]
     pub fn quaternion_xyzw(&self) -> [S; 4] {
-        self.rotation.quaternion_xyzw()
+        self.rotation().quaternion_xyzw()
     }
 
     /// Of the two quaternions of `rotation` the one nearer to `self`: follows a rotation from step to step.
     pub fn lift_near(&self, rotation: &SO3<S>) -> Self {
-        let lift = Self { rotation: *rotation };
+        let lift = Self(rotation.0);
         let products = self.quaternion_xyzw().into_iter().zip(lift.quaternion_xyzw());
         let cos = products.fold(S::zero(), |sum, (a, b)| sum + a * b);
         if cos.value() < 0.0 { -lift } else { lift }
@@ -64,21 +69,21 @@ impl<S: Real> S3<S> {
 
     /// The same quaternion at unit norm to the last digit.
     pub fn normalize(&self) -> Self {
-        Self { rotation: self.rotation.normalize() }
+        Self(self.rotation().normalize().0)
     }
 }
 
 /// The rotation, the same for q and −q.
 impl<S: Real> From<S3<S>> for SO3<S> {
     fn from(q: S3<S>) -> Self {
-        q.rotation
+        q.rotation()
     }
 }
 
 /// Its stored quaternion, the sign of which is arbitrary; [`S3::lift_near`] chooses.
 impl<S: Real> From<SO3<S>> for S3<S> {
     fn from(rotation: SO3<S>) -> Self {
-        Self { rotation }
+        Self(rotation.0)
     }
 }
 
@@ -93,7 +98,7 @@ impl<S: Real> Neg for S3<S> {
     type Output = Self;
     fn neg(self) -> Self {
         let [x, y, z, w] = self.quaternion_xyzw();
-        Self { rotation: SO3::from_unit(-Vector3::new(x, y, z), -w) }
+        Self((SO3::from_unit(-Vector3::new(x, y, z), -w)).0)
     }
 }
 
@@ -104,19 +109,19 @@ impl<S: Real> LieGroup<3> for S3<S> {
 
     #[inline]
     fn identity() -> Self {
-        Self { rotation: SO3::identity() }
+        Self(SO3::identity().0)
     }
     #[inline]
     fn compose(&self, rhs: &Self) -> Self {
-        Self { rotation: self.rotation.compose(&rhs.rotation) }
+        Self(self.rotation().compose(&rhs.rotation()).0)
     }
     #[inline]
     fn inverse(&self) -> Self {
-        Self { rotation: self.rotation.inverse() }
+        Self(self.rotation().inverse().0)
     }
     #[inline]
     fn exp(phi: &Vector3<S>) -> Self {
-        Self { rotation: SO3::exp(phi) }
+        Self(SO3::exp(phi).0)
     }
     /// The tangent with θ ≤ 2π.
     #[inline]
@@ -130,7 +135,7 @@ impl<S: Real> LieGroup<3> for S3<S> {
     }
     #[inline]
     fn adjoint(&self) -> Matrix3<S> {
-        self.rotation.adjoint()
+        self.rotation().adjoint()
     }
     #[inline]
     fn small_adjoint(phi: &Vector3<S>) -> Matrix3<S> {
@@ -151,7 +156,7 @@ impl<S: Real> LieGroup<3> for S3<S> {
         SO3::vee(algebra)
     }
     fn map<T: Real>(&self, f: impl Fn(S) -> T) -> S3<T> {
-        S3 { rotation: self.rotation.map(f) }
+        S3(self.rotation().map(f).0)
     }
 }
 
@@ -159,11 +164,11 @@ impl<S: Real> LieGroup<3> for S3<S> {
 impl<S: Real> Action<3, 3> for S3<S> {
     #[inline]
     fn act(&self, p: &Vector3<S>) -> Vector3<S> {
-        self.rotation.act(p)
+        self.rotation().act(p)
     }
     #[inline]
     fn linear_part(&self) -> Matrix3<S> {
-        self.rotation.to_matrix()
+        self.rotation().to_matrix()
     }
     #[inline]
     fn generators_at(p: &Vector3<S>) -> Matrix3<S> {

@@ -26,7 +26,7 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 
 /// A rotation as swing·twist: first a turn about an axis, then the shortest rotation that brings the axis where it goes.
 #[derive(Clone, Copy, Debug)]
-pub struct SwingTwist<S = f64> {
+pub struct SwingTwist<S: Real = f64> {
     /// Turns about a direction perpendicular to the axis.
     pub swing: SO3<S>,
     /// Turns about the axis.
