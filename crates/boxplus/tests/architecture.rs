@@ -5,10 +5,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules in reading order.
-const ORDER: [&str; 4] = ["lie", "graph", "pose_graph", "io"];
+const ORDER: [&str; 6] = ["lie", "uncertainty", "trajectory", "graph", "pose_graph", "io"];
 
 fn sources(folder: &Path) -> Vec<PathBuf> {
     let mut found = vec![];
+    if !folder.exists() {
+        return found;
+    }
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         if path.is_dir() {

@@ -1,0 +1,8 @@
+//! Curves, kinematics, integrators and noise over time, held against dual numbers, arbitrary precision and Monte Carlo.
+#![allow(missing_docs, clippy::unwrap_used)]
+
+mod curves;
+mod integrators;
+mod kinematics;
+mod spline;
+mod support;
