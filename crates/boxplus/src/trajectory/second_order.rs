@@ -55,3 +55,13 @@ fn series<G: LieGroup<D>, const D: usize>(
     }
     (sum, d_sum)
 }
+
+/// ∂(J_r⁻¹(τ)·ω)/∂τ = −J_r⁻¹(τ)·F(τ, g), D×D, given J_r⁻¹(τ) and g = J_r⁻¹(τ)·ω.
+pub(super) fn rate_jac<G: LieGroup<D>, const D: usize>(
+    tau: &Tangent<G::Scalar, D>,
+    inverse: &Jacobian<G::Scalar, D>,
+    rate: &Tangent<G::Scalar, D>,
+) -> Jacobian<G::Scalar, D> {
+    let (_, bend) = right_jacobian_product::<G, D>(tau, rate);
+    -(inverse * bend)
+}

@@ -2,7 +2,10 @@
 #![allow(missing_docs, clippy::unwrap_used)]
 
 mod curves;
+mod gaussian_process;
+mod imu;
 mod integrators;
 mod kinematics;
+mod noise;
 mod spline;
 mod support;

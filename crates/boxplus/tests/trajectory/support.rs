@@ -59,6 +59,66 @@ pub(crate) fn difference<const N: usize>(t: f64, f: impl Fn(f64) -> Tangent<f64,
     ((f(t + h) - f(t - h)) * 8.0 - (f(t + 2.0 * h) - f(t - 2.0 * h))) / (12.0 * h)
 }
 
+/// Numbers of the standard normal distribution (Box and Muller), the same in every run.
+pub(crate) fn normal<const N: usize>(seed: u64) -> SVector<f64, N> {
+    let (a, b) = (draw::<N>(2 * seed), draw::<N>(2 * seed + 1));
+    SVector::from_fn(|i, _| {
+        let radius = (-2.0 * (0.5 * (a[i] + 1.0)).max(f64::MIN_POSITIVE).ln()).sqrt();
+        radius * (std::f64::consts::PI * b[i]).cos()
+    })
+}
+
+/// A covariance agrees with that of zero-mean samples within 4.5 standard errors of each entry.
+#[track_caller]
+pub(crate) fn agrees_with_samples<const N: usize>(
+    covariance: &SMatrix<f64, N, N>,
+    samples: &[SVector<f64, N>],
+) {
+    let n = samples.len() as f64;
+    let measured = samples.iter().fold(SMatrix::<f64, N, N>::zeros(), |sum, x| sum + x * x.transpose()) / n;
+    for i in 0..N {
+        for j in 0..N {
+            let (c, d) = (covariance[(i, i)] * covariance[(j, j)], covariance[(i, j)]);
+            let error = ((c + d * d) / n).sqrt();
+            let off = (measured[(i, j)] - d).abs();
+            assert!(
+                off <= 4.5 * error,
+                "({i}, {j}): {off:.2e}, standard error {error:.2e}\n{covariance}{measured}"
+            );
+        }
+    }
+}
+
+/// A table of the scripts: a row is its numbers by column name.
+pub(crate) struct Table {
+    header: Vec<&'static str>,
+    rows: Vec<Vec<f64>>,
+}
+
+impl Table {
+    pub(crate) fn parse(text: &'static str) -> Self {
+        let mut lines = text.lines();
+        let header = lines.next().unwrap().split(',').collect();
+        Self { header, rows: lines.map(|l| l.split(',').map(|x| x.parse().unwrap()).collect()).collect() }
+    }
+
+    pub(crate) fn rows(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// The numbers of the columns `name0`, `name1`, … of a row.
+    pub(crate) fn get<const N: usize>(&self, row: usize, name: &str) -> SVector<f64, N> {
+        let first = format!("{name}0");
+        let at = self.header.iter().position(|h| **h == first).unwrap();
+        SVector::from_fn(|i, _| self.rows[row][at + i])
+    }
+
+    /// The same, as a matrix written by rows.
+    pub(crate) fn matrix(&self, row: usize, name: &str) -> SMatrix<f64, 3, 3> {
+        SMatrix::from_row_slice(self.get::<9>(row, name).as_slice())
+    }
+}
+
 #[cfg(feature = "autodiff")]
 pub(crate) use dual::*;
 
