@@ -21,6 +21,7 @@
 //!   of tossing a coin.
 #![allow(clippy::type_complexity)] // A value and one Jacobian per argument; naming each tuple would hide that.
 
+mod adaptive;
 mod bspline;
 mod chain;
 mod curves;
@@ -34,6 +35,7 @@ mod motion;
 mod noise;
 mod second_order;
 
+pub use adaptive::Adaptive;
 pub use bspline::{BSpline, SplineJac};
 pub use curves::{Bezier, CatmullRom, Hermite, HermiteJac, PathJac, Squad, slerp};
 pub use error::TrajectoryError;

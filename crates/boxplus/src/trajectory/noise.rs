@@ -33,7 +33,7 @@ const TERMS: usize = 15;
 /// // A cart: position and velocity, pushed by white acceleration of density 2 m/s²/√Hz.
 /// let (phi, q_d) = discretise(&matrix![0.0, 1.0; 0.0, 0.0], &vector![0.0, 1.0], &matrix![4.0_f64], 0.5)?;
 /// assert_eq!(phi, matrix![1.0, 0.5; 0.0, 1.0]);
-/// assert!((q_d - 4.0 * matrix![0.125 / 3.0, 0.125; 0.125, 0.5]).amax() < 1e-15);
+/// assert!((q_d - matrix![0.125 / 3.0, 0.125; 0.125, 0.5] * 4.0).amax() < 1e-15);
 /// # Ok::<(), boxplus::trajectory::TrajectoryError>(())
 /// ```
 pub fn discretise<S: Real, const N: usize, const M: usize>(

@@ -1,7 +1,7 @@
 use crate::support::*;
 use boxplus::lie::{LieGroup, Real, SE2, SE3, SE23, SGal3, SO3, Sim3, Tangent};
 use boxplus::trajectory::{
-    Integrator, magnus_linear, magnus_linear_spatial, magnus2, magnus4, magnus4_spatial,
+    Integrator, TrajectoryError, magnus_linear, magnus_linear_spatial, magnus2, magnus4, magnus4_spatial,
 };
 
 /// How long is integrated: a few turns.
@@ -188,4 +188,62 @@ fn single_precision_agrees_with_double() {
     let single = Integrator::Rkmk4
         .integrate(&SO3::<f32>::identity(), 0.0, 1.0, 20, |t, _| omega(f64::from(t)).map(f32::lit));
     close("f32", &single.log().map(f64::from), &double.log(), 1e-5);
+}
+
+fn keeps_its_tolerance<G: LieGroup<D, Scalar = f64>, const D: usize>() {
+    let x = G::exp(&(draw(5) * 0.5));
+    let truth = Integrator::CommutatorFree4.integrate(&x, 0.2, T, 1 << 13, field::<G, D>);
+    for method in [Integrator::CrouchGrossman3, Integrator::Rkmk4, Integrator::CommutatorFree4] {
+        for tolerance in [1e-5, 1e-9] {
+            let end = method.integrate_adaptive(&x, 0.2, T, tolerance, field::<G, D>).unwrap();
+            let error = distance(&end.value, &truth);
+            // Errors of steps add up, and are carried along by an adjoint.
+            assert!(
+                error < 20.0 * tolerance * end.steps as f64,
+                "{method:?}, {tolerance:e}: {error:.1e}, {end:?}"
+            );
+            assert!(error > 1e-3 * tolerance, "{method:?} works harder than asked: {error:.1e}, {end:?}");
+        }
+    }
+}
+
+#[test]
+fn adaptive_steps_keep_their_tolerance_without_waste() {
+    keeps_its_tolerance::<SO3, 3>();
+    keeps_its_tolerance::<SE3, 6>();
+    keeps_its_tolerance::<SGal3, 10>();
+}
+
+#[test]
+fn adaptive_integration_can_go_back_in_time_or_nowhere() {
+    let x = SE3::exp(&draw(5));
+    let method = Integrator::Rkmk4;
+    let there = method.integrate_adaptive(&x, 0.2, 2.0, 1e-11, field::<SE3, 6>).unwrap().value;
+    let back = method.integrate_adaptive(&there, 2.2, -2.0, 1e-11, field::<SE3, 6>).unwrap();
+    same("there and back", &back.value, &x, 1e-8);
+    let nowhere = method.integrate_adaptive(&x, 0.2, 0.0, 1e-9, field::<SE3, 6>).unwrap();
+    assert_eq!((nowhere.value, nowhere.steps), (x, 0));
+}
+
+#[test]
+fn adaptive_integration_says_where_no_step_is_short_enough() {
+    let x = SO3::identity();
+    let pole = |t: f64, _: &SO3| draw::<3>(1) / (1.0 - t);
+    let stuck = Integrator::Rkmk4.integrate_adaptive(&x, 0.0, 2.0, 1e-9, pole);
+    assert!(
+        matches!(stuck, Err(TrajectoryError::StepTooSmall { time }) if (time - 1.0).abs() < 1e-6),
+        "{stuck:?}"
+    );
+    let dead = |t: f64, _: &SO3| draw::<3>(1) * if t > 0.5 { f64::NAN } else { 1.0 };
+    let stuck = Integrator::Rkmk4.integrate_adaptive(&x, 0.0, 2.0, 1e-9, dead);
+    assert!(
+        matches!(stuck, Err(TrajectoryError::StepTooSmall { time }) if (time - 0.5).abs() < 1e-6),
+        "{stuck:?}"
+    );
+    let refused = |t, duration, tolerance| {
+        Integrator::Rkmk4.integrate_adaptive(&x, t, duration, tolerance, |_, _| draw::<3>(1)).unwrap_err()
+    };
+    assert_eq!(refused(f64::NAN, 1.0, 1e-9), TrajectoryError::NotFinite { index: 1 });
+    assert_eq!(refused(0.0, f64::INFINITY, 1e-9), TrajectoryError::NotFinite { index: 2 });
+    assert_eq!(refused(0.0, 1.0, 0.0), TrajectoryError::NotADensity { value: 0.0 });
 }
