@@ -5,7 +5,7 @@
 //! λ(u) = M̃·(1, u, …, u^{K−1})ᵀ                 M̃_j = Σ_{s≥j} M_s
 //! M_{s,n} = C(K−1, n)/(K−1)!·Σ_{l=s}^{K−1} (−1)^{l−s}·C(K, l−s)·(K−1−l)^{K−1−n}
 //! ```
-//! Kim, Kim & Shin (1995); Sommer et al. (2020) (17), (20) and their O(K) rates; M from Qin (2000). Rates and derivatives in the
+//! Kim, Kim & Shin (1995); Sommer et al. (2020), whose recursion gives rates in O(K); M from Qin (2000). Rates and derivatives in the
 //! control elements: the [`Motion`] product rule and its differential.
 //!
 //! What to expect of it:
@@ -81,7 +81,7 @@ impl<'a, G: LieGroup<D>, const D: usize, const K: usize> BSpline<'a, G, D, K> {
     pub fn at(&self, t: G::Scalar) -> Result<Motion<G, D>, TrajectoryError> {
         let (i, u) = self.locate(t)?;
         let controls = self.local(i);
-        Ok(chain::motion(controls[0], &self.links(&controls, u)))
+        Ok(chain::motion(controls[0], &self.links(&controls, u)[1..]))
     }
 
     /// X(t) with its rates: `(motion, i, d_motion_d_control)`, the latter in control elements i, …, i + K − 1; no other acts at t.
@@ -91,7 +91,7 @@ impl<'a, G: LieGroup<D>, const D: usize, const K: usize> BSpline<'a, G, D, K> {
     pub fn at_jac(&self, t: G::Scalar) -> Result<SplineJac<G, D, K>, TrajectoryError> {
         let (i, u) = self.locate(t)?;
         let controls = self.local(i);
-        let (motion, d_base, d_links) = chain::motion_jac(controls[0], &self.links(&controls, u));
+        let (motion, d_base, d_links) = chain::motion_jac(controls[0], &self.links(&controls, u), 1);
         let mut jacobians = [MotionJac::zero(); K];
         jacobians[0].value = d_base;
         for j in 1..K {
@@ -118,7 +118,7 @@ impl<'a, G: LieGroup<D>, const D: usize, const K: usize> BSpline<'a, G, D, K> {
         core::array::from_fn(|j| &self.controls[i + j])
     }
 
-    /// d_j and λ_j with its derivatives in time. The first link, of direction 0, stands for X_i alone.
+    /// d_j and λ_j with its derivatives in time. The first stands for X_i itself and is left out of the chain.
     fn links(&self, controls: &[&G; K], u: G::Scalar) -> [Link<G::Scalar, D>; K] {
         let rate = G::Scalar::lit(1.0) / self.interval;
         core::array::from_fn(|j| {

@@ -82,8 +82,8 @@ pub fn gp_interpolation<S: Real, const R: usize>(duration: S, t: S) -> (SMatrix<
 pub struct GaussianProcess<G: LieGroup<D>, const D: usize, const R: usize> {
     from: Motion<G, D>,
     duration: G::Scalar,
-    /// ξ₁, ξ̇₁, ξ̈₁.
-    arrival: [Tangent<G::Scalar, D>; 3],
+    /// ξ₁, ξ̇₁, ξ̈₁; ξ⃛₁ is not read.
+    arrival: [Tangent<G::Scalar, D>; 4],
 }
 
 impl<G: LieGroup<D>, const D: usize, const R: usize> GaussianProcess<G, D, R> {
@@ -97,7 +97,7 @@ impl<G: LieGroup<D>, const D: usize, const R: usize> GaussianProcess<G, D, R> {
         check_duration(duration)?;
         check_ways(&[from.value, to.value])?;
         let relative = Motion { value: from.value.between(&to.value), ..to };
-        Ok(Self { from, duration, arrival: relative.coordinates()? })
+        Ok(Self { from, duration, arrival: relative.coordinates() })
     }
 
     /// e = γ_{k+1} − Φ(Δ)γ_k: R blocks, of ξ, ξ̇, ….
@@ -106,7 +106,7 @@ impl<G: LieGroup<D>, const D: usize, const R: usize> GaussianProcess<G, D, R> {
         core::array::from_fn(|i| (0..R).fold(self.arrival[i], |sum, j| sum - start[j] * phi[(i, j)]))
     }
 
-    /// The mean at t ∈ \[0, Δ\] after the first state: value, velocity and acceleration (of WNOA, that of its mean), without jerk.
+    /// The mean at t ∈ \[0, Δ\] after the first state, with its rates; those beyond the state are the derivatives of the mean.
     ///
     /// # Errors
     /// [`TrajectoryError::OutOfRange`].
@@ -120,8 +120,8 @@ impl<G: LieGroup<D>, const D: usize, const R: usize> GaussianProcess<G, D, R> {
         [Tangent::<G::Scalar, D>::zeros(), self.from.velocity, self.from.acceleration]
     }
 
-    /// ξ, ξ̇, ξ̈ at t.
-    fn mean(&self, t: G::Scalar) -> Result<[Tangent<G::Scalar, D>; 3], TrajectoryError> {
+    /// ξ, ξ̇, ξ̈, ξ⃛ at t.
+    fn mean(&self, t: G::Scalar) -> Result<[Tangent<G::Scalar, D>; 4], TrajectoryError> {
         let rows = self.rows(t)?;
         let start = self.departure();
         Ok(rows.map(|(lambda, psi)| {
@@ -133,8 +133,9 @@ impl<G: LieGroup<D>, const D: usize, const R: usize> GaussianProcess<G, D, R> {
         }))
     }
 
-    /// The rows of (Λ, Ψ) that give ξ, ξ̇ and ξ̈. Beyond the state, ξ^(R) is the mean of the noise: the last row of Φ(Δ − t)ᵀQ(Δ)⁻¹.
-    fn rows(&self, t: G::Scalar) -> Result<[([G::Scalar; R], [G::Scalar; R]); 3], TrajectoryError> {
+    /// The rows of (Λ, Ψ) that give ξ and its derivatives. Beyond the state, ξ⁽ᴿ⁾ is the mean of the noise, the last row of
+    /// Φ(Δ − t)ᵀQ(Δ)⁻¹, and every further derivative is the row above with the other sign.
+    fn rows(&self, t: G::Scalar) -> Result<[([G::Scalar; R], [G::Scalar; R]); 4], TrajectoryError> {
         let (time, end) = (t.value(), self.duration.value());
         if !(time >= 0.0 && time <= end) {
             return Err(TrajectoryError::OutOfRange { time, start: 0.0, end });
@@ -144,8 +145,10 @@ impl<G: LieGroup<D>, const D: usize, const R: usize> GaussianProcess<G, D, R> {
             gp_transition::<G::Scalar, R>(self.duration - t).transpose() * gp_information(self.duration);
         let back = gain * gp_transition::<G::Scalar, R>(self.duration);
         let row = |m: &SMatrix<G::Scalar, R, R>, i: usize| core::array::from_fn(|j| m[(i, j)]);
-        Ok(core::array::from_fn(|i| {
-            if i < R { (row(&lambda, i), row(&psi, i)) } else { (row(&-back, R - 1), row(&gain, R - 1)) }
+        Ok(core::array::from_fn(|i| match i.checked_sub(R) {
+            None => (row(&lambda, i), row(&psi, i)),
+            Some(0) => (row(&-back, R - 1), row(&gain, R - 1)),
+            Some(_) => (row(&back, R - 2), row(&-gain, R - 2)),
         }))
     }
 }
@@ -178,8 +181,8 @@ impl<G: LieGroup<D>, const D: usize> GaussianProcess<G, D, 2> {
         &self,
         t: G::Scalar,
     ) -> Result<(Motion<G, D>, [StateJac<G::Scalar, D>; 4]), TrajectoryError> {
-        let [(lambda, psi), (d_lambda, d_psi), _] = self.rows(t)?;
-        let [xi, rate, _] = self.mean(t)?;
+        let [(lambda, psi), (d_lambda, d_psi), ..] = self.rows(t)?;
+        let [xi, rate, ..] = self.mean(t)?;
         let (_, bend) = right_jacobian_product::<G, D>(&xi, &rate);
         let right = G::right_jacobian(&xi);
         let answer = |d_xi: Jacobian<G::Scalar, D>, d_rate: Jacobian<G::Scalar, D>| StateJac {

@@ -2,9 +2,10 @@
 //!
 //! ```text
 //! X = Exp(τ):   Ẋ = X·ω^   τ̇ = J_r⁻¹(τ)·ω   body          Ẋ = ϖ^·X   τ̇ = J_l⁻¹(τ)·ϖ   spatial
-//! ω = J_r(τ)τ̇   ω̇ = J_r(τ)τ̈ + (d/dt J_r)·τ̇
+//! ω = J_r(τ)·τ̇                                               ϖ = J_l(τ)·τ̇
 //! ```
-//! Barfoot (2024) (8.26)–(8.33). Rate of a rotation vector ≠ angular velocity: they agree at τ = 0 and where both are parallel.
+//! Barfoot (2024) (8.26)–(8.33). Rate of a rotation vector ≠ angular velocity: they agree at τ = 0 and where both are parallel. Accelerations,
+//! too, are converted by [`super::Motion::from_coordinates`] and [`super::Motion::coordinates`].
 //!
 //! Errors. Let X̂ move at the measured velocity, X at the true one, ω = ω̂ + δω:
 //!
@@ -13,11 +14,9 @@
 //! global X = Exp(ξ)·X̂    ξ̇ = +ad_ϖ·ξ + δϖ    Φ(t, s) = Ad(X(t))·Ad(X(s))⁻¹   ∫₀^Δ Φ(Δ, s)ds = Δ·J_l(ϖΔ)
 //! ```
 //! to first order in ξ; Φ(t, s) carries an error of time s to time t and is exact for finite ξ where δω = 0. Barfoot (2024)
-//! (8.34)–(8.35). The global Φ of one velocity in the parent frame does not depend on where X is; an error fixed to the body is
+//! (8.30)–(8.35). The global Φ of one velocity in the parent frame does not depend on where X is; an error fixed to the body is
 //! constant in neither. Pitfall: the 4×4 propagator of the pose and the 6×6 propagator of its error are different matrices.
 
-use super::second_order::right_jacobian_product;
-use super::{Motion, TrajectoryError, error};
 use crate::lie::{Jacobian, LieGroup, Tangent};
 
 /// ω = J_r(τ)·τ̇: the body velocity of Exp(τ) whose coordinates move at `rate`.
@@ -60,39 +59,6 @@ pub fn rate_from_spatial<G: LieGroup<D>, const D: usize>(
     spatial: &Tangent<G::Scalar, D>,
 ) -> Tangent<G::Scalar, D> {
     G::left_jacobian_inverse(tau) * spatial
-}
-
-impl<G: LieGroup<D>, const D: usize> Motion<G, D> {
-    /// The motion of Exp(τ(t)) from τ, τ̇ and τ̈, without jerk: ω = J_r τ̇, ω̇ = J_r τ̈ + (d/dt J_r)τ̇, for |φ| ≤ 2π.
-    ///
-    /// ```
-    /// use boxplus::lie::{LieGroup, SO3};
-    /// use boxplus::trajectory::Motion;
-    /// use nalgebra::Vector3;
-    /// let phi = [Vector3::new(0.3, -0.2, 1.0), Vector3::new(0.1, 0.4, 0.2), Vector3::zeros()];
-    /// let motion = Motion::<SO3, 3>::from_coordinates(&phi);
-    /// let back = motion.coordinates()?;
-    /// assert!((0..3).all(|order| (back[order] - phi[order]).norm() < 1e-15));
-    /// # Ok::<(), boxplus::trajectory::TrajectoryError>(())
-    /// ```
-    pub fn from_coordinates([tau, rate, second]: &[Tangent<G::Scalar, D>; 3]) -> Self {
-        let (velocity, bend) = right_jacobian_product::<G, D>(tau, rate);
-        let mut motion = Self::steady(G::exp(tau), velocity);
-        motion.acceleration = G::right_jacobian(tau) * second + bend * rate;
-        motion
-    }
-
-    /// \[τ, τ̇, τ̈\] of τ = Log X: τ̇ = J_r⁻¹ω, τ̈ = J_r⁻¹(ω̇ − (d/dt J_r)τ̇).
-    ///
-    /// # Errors
-    /// [`TrajectoryError::NotFinite`] if X is not.
-    pub fn coordinates(&self) -> Result<[Tangent<G::Scalar, D>; 3], TrajectoryError> {
-        let (tau, inverse) = self.value.log_jac();
-        error::check_finite(&tau, 0)?;
-        let rate = inverse * self.velocity;
-        let (_, bend) = right_jacobian_product::<G, D>(&tau, &rate);
-        Ok([tau, rate, inverse * (self.acceleration - bend * rate)])
-    }
 }
 
 /// −ad_ω: the local error obeys ξ̇ = −ad_ω·ξ + δω, ω the body velocity.

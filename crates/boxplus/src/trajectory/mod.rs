@@ -24,6 +24,7 @@
 mod adaptive;
 mod bspline;
 mod chain;
+mod coordinates;
 mod curves;
 mod error;
 mod gaussian_process;

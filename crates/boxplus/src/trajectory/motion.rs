@@ -9,7 +9,7 @@
 //! Z = X⁻¹        ω_Z = −Ad_X·ω,   ω̇_Z = −Ad_X·ω̇,   ω̈_Z = −Ad_X·(ω̈ + [ω, ω̇])
 //! spatial        Ẋ = ϖ^·X,   ϖ = Ad_X·ω,   ϖ̇ = Ad_X·ω̇       (d/dt Ad_X = Ad_X·ad_ω, and [ω, ω] = 0)
 //! ```
-//! Barfoot (2024) (8.26)–(8.33) on SE(3); the product rule is that of Sommer et al. (2020), proposition 5, on any group.
+//! Barfoot (2024) (8.26)–(8.33) on SE(3); the product rule is the recursion of Sommer et al. (2020), on any group.
 //!
 //! Pitfall: ω̇ is the derivative of coordinates in a turning frame. On SE(3) its first three numbers are not the acceleration of
 //! the origin, which is R·(ρ̇ + φ×ρ): [`Motion::act`] gives that.

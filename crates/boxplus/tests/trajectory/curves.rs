@@ -13,7 +13,7 @@ fn bezier_on_vectors_is_the_sum_of_bernstein_polynomials() {
         let bernstein =
             [v.powi(4), 4.0 * u * v.powi(3), 6.0 * u * u * v * v, 4.0 * u * u * u * v, u * u * u * u];
         let sum = controls.iter().zip(bernstein).fold(Vector2::zeros(), |sum, (x, b)| sum + x.vector() * b);
-        close("Bernstein", &curve.at(u).vector(), &sum, 32.0 * EPS);
+        close("Bernstein", &curve.at(u).value.vector(), &sum, 32.0 * EPS);
     }
 }
 
@@ -28,14 +28,14 @@ fn bezier_meets_its_ends_and_leaves_along_its_polygon() {
     close("leaves", &leave, &(controls[1].rminus(&controls[0]) * 3.0), 32.0 * EPS);
     close("arrives", &arrive, &(controls[3].rminus(&controls[2]) * 3.0), 32.0 * EPS);
     let back = Bezier::new([controls[3], controls[2], controls[1], controls[0]]).unwrap();
-    same("reversed", &back.at(0.3), &curve.at(0.7), 64.0 * EPS);
+    same("reversed", &back.at(0.3).value, &curve.at(0.7).value, 64.0 * EPS);
 }
 
 #[test]
 fn bezier_of_two_is_the_geodesic_and_of_one_a_point() {
     let [x, y]: [SE3; 2] = walk(4, 0.8);
-    same("geodesic", &Bezier::new([x, y]).unwrap().at(0.3), &x.interpolate(&y, 0.3), 0.0);
-    same("point", &Bezier::new([x]).unwrap().at(0.3), &x, 0.0);
+    same("geodesic", &Bezier::new([x, y]).unwrap().at(0.3).value, &x.interpolate(&y, 0.3), 4.0 * EPS);
+    same("point", &Bezier::new([x]).unwrap().at(0.3).value, &x, 0.0);
     assert_eq!(Bezier::<SE3, 6, 0>::new([]), Err(TrajectoryError::TooFew { got: 0, needed: 1 }));
 }
 
@@ -176,16 +176,17 @@ mod dual {
             let controls: [G; N] = walk(seed, size);
             for u in [0.0, 0.35, 1.0] {
                 let (value, jacobians, velocity) = Bezier::new(controls).unwrap().at_jac(u);
-                same("value", &value, &Bezier::new(controls).unwrap().at(u), 16.0 * EPS);
+                let motion = Bezier::new(controls).unwrap().at(u);
+                same("value", &value, &motion.value, 16.0 * EPS);
                 for j in 0..N {
                     let mut dual = controls.map(|x| lift::<G, D, D>(&x));
                     dual[j] = moved(&controls[j]);
                     let y = Bezier::new(dual).unwrap().at(Dual::from_re(u));
-                    close("control", &jacobians[j], &local(&y, &value), BOUND);
+                    close("control", &jacobians[j], &local(&y.value, &value), BOUND);
                 }
                 let dual = controls.map(|x| lift::<G, D, 1>(&x));
-                let y = Bezier::new(dual).unwrap().at(Dual::from_re(u).derivative(0));
-                close("velocity", &velocity, &local::<G, D, 1>(&y, &value), BOUND);
+                rates(&Bezier::new(dual).unwrap().at(Dual::from_re(u).derivative(0)), &motion, BOUND);
+                close("velocity", &velocity, &motion.velocity, BOUND);
             }
         }
     }
@@ -195,16 +196,17 @@ mod dual {
             let elements: [G; 4] = walk(seed, size);
             for u in [0.0, 0.35, 1.0] {
                 let (value, jacobians, velocity) = Squad::new(elements).unwrap().at_jac(u);
-                same("value", &value, &Squad::new(elements).unwrap().at(u), 16.0 * EPS);
+                let motion = Squad::new(elements).unwrap().at(u);
+                same("value", &value, &motion.value, 16.0 * EPS);
                 for j in 0..4 {
                     let mut dual = elements.map(|x| lift::<G, D, D>(&x));
                     dual[j] = moved(&elements[j]);
                     let y = Squad::new(dual).unwrap().at(Dual::from_re(u));
-                    close("element", &jacobians[j], &local(&y, &value), BOUND);
+                    close("element", &jacobians[j], &local(&y.value, &value), BOUND);
                 }
                 let dual = elements.map(|x| lift::<G, D, 1>(&x));
-                let y = Squad::new(dual).unwrap().at(Dual::from_re(u).derivative(0));
-                close("velocity", &velocity, &local::<G, D, 1>(&y, &value), BOUND);
+                rates(&Squad::new(dual).unwrap().at(Dual::from_re(u).derivative(0)), &motion, BOUND);
+                close("velocity", &velocity, &motion.velocity, BOUND);
             }
         }
     }

@@ -84,6 +84,7 @@ fn on_vectors_the_means_are_the_cubic_and_the_quintic_through_both_states() {
         close("value", &now.value.vector(), &state(0.4).value.vector(), 200.0 * EPS);
         close("velocity", &now.velocity, &state(0.4).velocity, 200.0 * EPS);
         close("acceleration", &now.acceleration, &state(0.4).acceleration, 500.0 * EPS);
+        close("jerk", &now.jerk, &Vector1::new(at(0.4, 3)), 4000.0 * EPS);
     };
     check(&[1.0, -2.0, 0.5, 0.3]);
     check(&[1.0, -2.0, 0.5, 0.3, -0.7, 0.2]);
@@ -117,6 +118,7 @@ fn meets_both_states<G: LieGroup<D, Scalar = f64>, const D: usize>() {
             let now = curve(0.5);
             close("velocity", &now.velocity, &difference(0.5, |t| curve(t).value.rminus(&now.value)), 1e-10);
             close("acceleration", &now.acceleration, &difference(0.5, |t| curve(t).velocity), 1e-10);
+            close("jerk", &now.jerk, &difference(0.5, |t| curve(t).acceleration), 1e-10);
         }
     }
 }

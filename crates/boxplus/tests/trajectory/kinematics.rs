@@ -5,7 +5,7 @@ use boxplus::trajectory::{
     global_error_transition, local_error_dynamics, local_error_integral, local_error_transition,
     rate_from_body, rate_from_spatial, spatial_velocity,
 };
-use nalgebra::{SMatrix, Vector3, Vector6};
+use nalgebra::{SMatrix, SVector, Vector3, Vector6};
 
 fn rates_and_coordinates<G: LieGroup<D, Scalar = f64>, const D: usize>() {
     let coordinates = |t: f64| draw::<D>(1) + draw::<D>(2) * t + draw::<D>(3) * (t * t);
@@ -20,13 +20,18 @@ fn rates_and_coordinates<G: LieGroup<D, Scalar = f64>, const D: usize>() {
         close("τ̇ from ω", &rate_from_body::<G, D>(&tau, &body), &rate, 1e-10);
         close("τ̇ from ϖ", &rate_from_spatial::<G, D>(&tau, &spatial), &rate, 1e-10);
 
-        let motion = Motion::<G, D>::from_coordinates(&[tau, rate, second]);
+        let motion = Motion::<G, D>::from_coordinates(&[tau, rate, second, SVector::zeros()]);
         let bend = difference(t, |s| {
             body_velocity::<G, D>(&coordinates(s), &(draw::<D>(2) + draw::<D>(3) * (2.0 * s)))
         });
         close("ω̇ = J_r τ̈ + (d/dt J_r)τ̇", &motion.acceleration, &bend, 1e-10);
-        let back = motion.coordinates().unwrap();
-        for (a, b) in back.iter().zip([tau, rate, second]) {
+        let bend = difference(t, |s| {
+            let rate = draw::<D>(2) + draw::<D>(3) * (2.0 * s);
+            Motion::<G, D>::from_coordinates(&[coordinates(s), rate, second, SVector::zeros()]).acceleration
+        });
+        close("jerk", &motion.jerk, &bend, 1e-10);
+        let back = motion.coordinates();
+        for (a, b) in back.iter().zip([tau, rate, second, SVector::zeros()]) {
             close("back to coordinates", a, &b, 200.0 * EPS);
         }
         let (spatial, d_spatial) = motion.spatial();

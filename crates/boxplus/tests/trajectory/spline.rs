@@ -39,7 +39,7 @@ fn on_vectors_it_is_the_classical_b_spline_of_every_order() {
 
 #[test]
 fn its_weights_are_those_printed_for_the_cubic() {
-    // Sommer et al. (2020) (19): 6·M̃ = [6 0 0 0; 5 3 −3 1; 1 3 3 −2; 0 0 0 1], read off one unit step after the other.
+    // Sommer et al. (2020): 6·M̃ = [6 0 0 0; 5 3 −3 1; 1 3 3 −2; 0 0 0 1], read off one unit step after the other.
     let printed = [[6.0, 0.0, 0.0, 0.0], [5.0, 3.0, -3.0, 1.0], [1.0, 3.0, 3.0, -2.0], [0.0, 0.0, 0.0, 1.0]];
     for (j, row) in printed.iter().enumerate() {
         let controls: [Rn<1>; 4] =

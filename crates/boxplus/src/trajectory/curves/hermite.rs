@@ -88,7 +88,7 @@ impl<G: LieGroup<D>, const D: usize> Hermite<G, D> {
         let (right, right_to, right_last) = self.to.rplus_jac(&-last);
         let (middle, d_right, d_left) = right.rminus_jac(&left);
         let (motion, d_base, [d_first, d_middle, d_last]) =
-            chain::motion_jac(&self.from, &self.links([first, middle, last], t));
+            chain::motion_jac(&self.from, &self.links([first, middle, last], t), 0);
         let third: Jacobian<G::Scalar, D> = scaled_identity(self.duration * G::Scalar::lit(1.0 / 3.0));
 
         let mut from = d_middle.chained(&(d_left * left_from));

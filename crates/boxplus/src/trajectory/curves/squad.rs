@@ -1,9 +1,9 @@
 //! Shoemake's spherical quadrangle on any group, and slerp.
 
 use crate::lie::{Jacobian, LieGroup, Real, SO3, Tangent};
-use crate::trajectory::TrajectoryError;
 use crate::trajectory::chain::scaled_identity;
 use crate::trajectory::error::check_ways;
+use crate::trajectory::{Motion, TrajectoryError};
 
 /// R₀·(R₀⁻¹R₁)ᵗ, spherical linear interpolation of rotations: [`LieGroup::interpolate`] under the name quaternions know.
 ///
@@ -29,7 +29,7 @@ pub fn slerp<S: Real>(from: &SO3<S>, to: &SO3<S>, t: S) -> SO3<S> {
 /// X(u) = geodesic(geodesic(X₁, X₂, u), geodesic(S₁, S₂, u), 2u(1 − u))
 /// ```
 /// Shoemake (1987). At every element the velocity is the mean of those of the two geodesics that meet there, so that segments join
-/// with one velocity; the parameter is uniform. For unequal times take [`super::CatmullRom`], which also knows its acceleration.
+/// with one velocity; the parameter is uniform. For unequal times take [`super::CatmullRom`].
 ///
 /// ```
 /// use boxplus::lie::{LieGroup, SO3};
@@ -55,12 +55,15 @@ impl<G: LieGroup<D>, const D: usize> Squad<G, D> {
         Ok(Self { elements })
     }
 
-    /// X(u).
-    pub fn at(&self, u: G::Scalar) -> G {
+    /// X(u) with its rates, per unit of u.
+    pub fn at(&self, u: G::Scalar) -> Motion<G, D> {
         let [before, from, to, after] = &self.elements;
-        let outer = from.interpolate(to, u);
-        let inner = pull(before, from, to).interpolate(&pull(from, to, after), u);
-        outer.interpolate(&inner, blend(u)[0])
+        let (zero, one) = (G::Scalar::lit(0.0), G::Scalar::lit(1.0));
+        let along = |from: &G, to: &G| {
+            Motion::at_rest(*from).interpolate(&Motion::at_rest(*to), &[u, one, zero, zero])
+        };
+        let outer = along(from, to);
+        outer.interpolate(&along(&pull(before, from, to), &pull(from, to, after)), &blend(u))
     }
 
     /// X(u): `(value, [d_value_d_element; 4], d_value_d_u)`, the last being the body velocity per unit of u.
@@ -70,7 +73,7 @@ impl<G: LieGroup<D>, const D: usize> Squad<G, D> {
         let (right, d_right) = pull_jac(from, to, after);
         let (outer, outer_from, outer_to, outer_u) = from.interpolate_jac(to, u);
         let (inner, inner_left, inner_right, inner_u) = left.interpolate_jac(&right, u);
-        let [weight, d_weight] = blend(u);
+        let [weight, d_weight, ..] = blend(u);
         let (value, d_outer, d_inner, d_blend) = outer.interpolate_jac(&inner, weight);
         let (d_l, d_r) = (d_inner * inner_left, d_inner * inner_right);
         let jacobians = [
@@ -83,10 +86,10 @@ impl<G: LieGroup<D>, const D: usize> Squad<G, D> {
     }
 }
 
-/// 2u(1 − u) and its derivative.
-fn blend<S: Real>(u: S) -> [S; 2] {
+/// 2u(1 − u) and its derivatives.
+fn blend<S: Real>(u: S) -> [S; 4] {
     let (one, two) = (S::one(), S::lit(2.0));
-    [two * u * (one - u), two - two * (u + u)]
+    [two * u * (one - u), two - two * (u + u), S::lit(-4.0), S::zero()]
 }
 
 /// Sᵢ.
