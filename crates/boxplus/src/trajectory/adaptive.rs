@@ -16,16 +16,17 @@ pub struct Adaptive<G> {
 }
 
 impl Integrator {
-    /// X(t + `duration`) from X(t), body form, with an error of at most `tolerance` per step in every coordinate of the tangent.
+    /// X(t + `duration`) from X(t), body form, with an error of at most `tolerance` per step in every coordinate of the
+    /// tangent.
     ///
-    /// Each step is made once and again in two halves; the halves are kept, and their distance over 2ᵖ − 1 estimates their error
-    /// (Richardson). It sizes the next step, h ← 0.9·h·(tolerance/error)^{1/(p+1)}, changed at most fivefold. The error at
-    /// the end is about the tolerance times the number of steps. Metres and radians share one tolerance: scale f's units to taste.
-    /// A negative duration goes back in time. Pitfall: what happens between the nodes of a step is not seen; stop at known
-    /// events and start anew. For single numbers: the steps depend on the values.
+    /// Each step is made once and again in two halves; the halves are kept, and their distance over 2ᵖ − 1 estimates their
+    /// error (Richardson). It sizes the next step, h ← 0.9·h·(tolerance/error)^{1/(p+1)}, changed at most fivefold. The
+    /// error at the end is about the tolerance times the number of steps. Metres and radians share one tolerance: scale f's
+    /// units to taste. A negative duration goes back in time. Pitfall: what happens between the nodes of a step is not seen;
+    /// stop at known events and start anew. For single numbers: the steps depend on the values.
     ///
     /// # Errors
-    /// [`TrajectoryError::NotADensity`] for a tolerance that is not positive, [`TrajectoryError::NotFinite`] for a bad start (0), time (1) or
+    /// [`TrajectoryError::NotATolerance`], [`TrajectoryError::NotFinite`] for a bad start (0), time (1) or
     /// duration (2), [`TrajectoryError::StepTooSmall`] where f is not finite, or jumps by more than the tolerance allows.
     ///
     /// ```
@@ -52,7 +53,7 @@ impl Integrator {
             return Err(TrajectoryError::NotFinite { index: k + 1 });
         }
         if !(tolerance > 0.0 && tolerance.is_finite()) {
-            return Err(TrajectoryError::NotADensity { value: tolerance });
+            return Err(TrajectoryError::NotATolerance { tolerance });
         }
         let mut report = Adaptive { value: *x, steps: 0, refused: 0 };
         let (mut done, mut h) = (G::Scalar::lit(0.0), duration);

@@ -5,16 +5,16 @@
 //! λ(u) = M̃·(1, u, …, u^{K−1})ᵀ                 M̃_j = Σ_{s≥j} M_s
 //! M_{s,n} = C(K−1, n)/(K−1)!·Σ_{l=s}^{K−1} (−1)^{l−s}·C(K, l−s)·(K−1−l)^{K−1−n}
 //! ```
-//! Kim, Kim & Shin (1995); Sommer et al. (2020), whose recursion gives rates in O(K); M from Qin (2000). Rates and derivatives in the
-//! control elements: the [`Motion`] product rule and its differential.
+//! Kim, Kim & Shin (1995); Sommer et al. (2020), whose recursion gives rates in O(K); M from Qin (2000). Rates and
+//! derivatives in the control elements: the [`Motion`] product rule and its differential.
 //!
 //! What to expect of it:
-//! - **Order** K is the number of control elements that act at one time; degree K − 1, C^{K−2} across knots. K = 4 is the cubic:
-//!   continuous acceleration, what an inertial sensor needs. K = 2 is the geodesic polygon.
+//! - **Order** K is the number of control elements that act at one time; degree K − 1, C^{K−2} across knots. K = 4 is the
+//!   cubic: continuous acceleration, what an inertial sensor needs. K = 2 is the geodesic polygon.
 //! - **It passes near its control elements, not through them** (for K ≥ 3); [`super::CatmullRom`] passes through.
-//! - **Ends**: knots are uniform and none is repeated. N control elements give N − K + 1 intervals, \[t₀, t₀ + (N − K + 1)·Δ\], and outside
-//!   no value but an error. The curve starts near element (K − 2)/2, e.g. near the second for a cubic. Repeat the
-//!   outermost element K − 1 times to start exactly there, at rest.
+//! - **Ends**: knots are uniform and none is repeated. N control elements give N − K + 1 intervals, \[t₀, t₀ + (N − K +
+//!   1)·Δ\], and outside no value but an error. The curve starts near element (K − 2)/2, e.g. near the second for a cubic.
+//!   Repeat the outermost element K − 1 times to start exactly there, at rest.
 //! - **Not bi-invariant**: moving all control elements from the left moves the curve along; from the right it does not.
 //! - **Precision of time**: t − t₀ is what counts; subtract an epoch of 10⁹ s before it reaches a float.
 
@@ -49,8 +49,8 @@ impl<'a, G: LieGroup<D>, const D: usize, const K: usize> BSpline<'a, G, D, K> {
     /// The spline of `controls`, at least K, which starts at the time `start` and has a knot every `interval`.
     ///
     /// # Errors
-    /// [`TrajectoryError::NotADuration`], [`TrajectoryError::TooFew`], [`TrajectoryError::NotFinite`] (`start` or a control element),
-    /// or [`TrajectoryError::Ambiguous`] where neighbours are half a turn apart.
+    /// [`TrajectoryError::NotADuration`], [`TrajectoryError::TooFew`], [`TrajectoryError::NotFinite`] (`start` or a control
+    /// element), or [`TrajectoryError::Ambiguous`] where neighbours are half a turn apart.
     pub fn new(controls: &'a [G], start: G::Scalar, interval: G::Scalar) -> Result<Self, TrajectoryError> {
         const { assert!(0 < K && K <= 16, "a B-spline has an order from 1 to 16") };
         check_duration(interval)?;
@@ -84,7 +84,8 @@ impl<'a, G: LieGroup<D>, const D: usize, const K: usize> BSpline<'a, G, D, K> {
         Ok(chain::motion(controls[0], &self.links(&controls, u)[1..]))
     }
 
-    /// X(t) with its rates: `(motion, i, d_motion_d_control)`, the latter in control elements i, …, i + K − 1; no other acts at t.
+    /// X(t) with its rates: `(motion, i, d_motion_d_control)`, the latter in control elements i, …, i + K − 1; no other acts
+    /// at t.
     ///
     /// # Errors
     /// [`TrajectoryError::OutOfRange`].

@@ -61,11 +61,17 @@ pub enum TrajectoryError {
         /// Where it ends.
         end: f64,
     },
-    /// A density of noise or a tolerance is negative, zero where it must not be, or not finite.
-    #[error("{value} is no density of noise and no tolerance: it must be positive and finite")]
+    /// A density of noise is negative or not finite.
+    #[error("{density} is no density of noise: it must be finite and not negative")]
     NotADensity {
         /// What was given.
-        value: f64,
+        density: f64,
+    },
+    /// A tolerance is not a positive finite number.
+    #[error("{tolerance} is no tolerance: it must be positive and finite")]
+    NotATolerance {
+        /// What was given.
+        tolerance: f64,
     },
     /// The step of an adaptive integration shrank below what moves the time.
     #[error("no step is short enough at {time}: the velocity jumps or grows without bound there")]
@@ -107,7 +113,8 @@ pub(super) fn check_ways<G: LieGroup<D>, const D: usize>(elements: &[G]) -> Resu
 
 /// Whether `way`, a logarithm, stays one when it is longer by √ε: at half a turn Log takes the other way round.
 ///
-/// The group need not say what turns in it: across its cut a logarithm jumps by 2π in an angle, far above the rounding √ε·|τ|.
+/// The group need not say what turns in it: across its cut a logarithm jumps by 2π in an angle, far above the rounding
+/// √ε·|τ|.
 fn is_the_shortest<G: LieGroup<D>, const D: usize>(way: &Tangent<G::Scalar, D>) -> bool {
     let longer = way.map(|x| x * G::Scalar::lit(1.0 + root_epsilon::<G::Scalar>()));
     let jump = G::exp(&longer).log() - longer;

@@ -1,4 +1,5 @@
-//! Gaussian-process priors on trajectories: white noise on acceleration (WNOA) or on jerk (WNOJ), and what they say between two states.
+//! Gaussian-process priors on trajectories: white noise on acceleration (WNOA) or on jerk (WNOJ), and what they say between
+//! two states.
 //!
 //! ```text
 //! X(t) = X_k·Exp(ξ(t))      d^R ξ/dtᴿ = w, white of density Q_c       γ = (ξ, ξ̇, …) ∈ ℝᴿᴰ       R = 2: WNOA, R = 3: WNOJ
@@ -7,14 +8,15 @@
 //! error    e = γ_{k+1} − Φ(Δ)γ_k ~ N(0, Q(Δ) ⊗ Q_c)
 //! query    γ(t) = Λ·γ_k + Ψ·γ_{k+1}      Ψ = Q(t)·Φ(Δ − t)ᵀ·Q(Δ)⁻¹      Λ = Φ(t) − Ψ·Φ(Δ)
 //! ```
-//! Anderson & Barfoot (2015), Tang et al. (2019), Barfoot (2024) §11, in our local convention: theirs are ξ = Log(X·X_k⁻¹) with J_l⁻¹. Where
-//! they take ξ̈ ≈ J_r⁻¹ω̇ + ½ad(J_r⁻¹ω)·ω, here it is exact, J_r⁻¹(ω̇ − (d/dt J_r)ξ̇).
+//! Anderson & Barfoot (2015), Tang et al. (2019), Barfoot (2024) §11, in our local convention: theirs are ξ = Log(X·X_k⁻¹)
+//! with J_l⁻¹. Where they take ξ̈ ≈ J_r⁻¹ω̇ + ½ad(J_r⁻¹ω)·ω, here it is exact, J_r⁻¹(ω̇ − (d/dt J_r)ξ̇).
 //!
 //! All four matrices are R×R: Q_c cancels in the query. On ℝⁿ the mean between two states is the cubic (R = 2) or quintic
 //! (R = 3) Hermite polynomial.
 
+use super::chain::scaled_identity;
 use super::error::{check_duration, check_ways};
-use super::second_order::{rate_jac, right_jacobian_product};
+use super::second_order::{right_jacobian_bend, second_bend};
 use super::{Motion, TrajectoryError};
 use crate::lie::{Jacobian, LieGroup, Real, Tangent};
 use nalgebra::SMatrix;
@@ -90,8 +92,8 @@ impl<G: LieGroup<D>, const D: usize, const R: usize> GaussianProcess<G, D, R> {
     /// From one state to the next, `duration` later.
     ///
     /// # Errors
-    /// [`TrajectoryError::NotADuration`], [`TrajectoryError::NotFinite`], or [`TrajectoryError::Ambiguous`] where the states are half a turn
-    /// apart.
+    /// [`TrajectoryError::NotADuration`], [`TrajectoryError::NotFinite`], or [`TrajectoryError::Ambiguous`] where the states
+    /// are half a turn apart.
     pub fn new(from: Motion<G, D>, to: Motion<G, D>, duration: G::Scalar) -> Result<Self, TrajectoryError> {
         const { assert!(R == 2 || R == 3, "2: white noise on acceleration, 3: on jerk") };
         check_duration(duration)?;
@@ -106,7 +108,8 @@ impl<G: LieGroup<D>, const D: usize, const R: usize> GaussianProcess<G, D, R> {
         core::array::from_fn(|i| (0..R).fold(self.arrival[i], |sum, j| sum - start[j] * phi[(i, j)]))
     }
 
-    /// The mean at t ∈ \[0, Δ\] after the first state, with its rates; those beyond the state are the derivatives of the mean.
+    /// The mean at t ∈ \[0, Δ\] after the first state, with its rates; those beyond the state are the derivatives of the
+    /// mean.
     ///
     /// # Errors
     /// [`TrajectoryError::OutOfRange`].
@@ -162,58 +165,80 @@ pub struct StateJac<S, const D: usize> {
     pub velocity: Jacobian<S, D>,
 }
 
-/// Closed forms of WNOA; of WNOJ dual numbers give them, as it is generic over the scalar.
-impl<G: LieGroup<D>, const D: usize> GaussianProcess<G, D, 2> {
-    /// e with `[d_e_d_from, d_e_d_velocity_from, d_e_d_to, d_e_d_velocity_to]`, each of two blocks D×D.
-    pub fn error_jac(&self) -> ([Tangent<G::Scalar, D>; 2], [[Jacobian<G::Scalar, D>; 2]; 4]) {
-        let d = self.arrival_jac();
-        let (zero, one) = (SMatrix::zeros(), Jacobian::<G::Scalar, D>::identity());
-        let jacobians =
-            [[d.xi_from, d.rate_from], [-one * self.duration, -one], [d.xi_to, d.rate_to], [zero, d.xi_to]];
-        (self.error(), jacobians)
+/// Derivatives in the states: first those in the earlier one, then in the later one, each in X, ω and, for WNOJ, ω̇.
+impl<G: LieGroup<D>, const D: usize, const R: usize> GaussianProcess<G, D, R> {
+    /// e with its derivatives `d_e[end][argument][block]`, D×D.
+    pub fn error_jac(&self) -> ([Tangent<G::Scalar, D>; R], [[[Jacobian<G::Scalar, D>; R]; R]; 2]) {
+        let (rows, [xi_from, xi_to]) = self.arrival_jac();
+        let phi = gp_transition::<G::Scalar, R>(self.duration);
+        let from = core::array::from_fn(|argument| {
+            core::array::from_fn(|block| match argument {
+                0 => rows[block][0] * xi_from,
+                _ => scaled_identity(-phi[(block, argument)]),
+            })
+        });
+        let to = core::array::from_fn(|argument| {
+            core::array::from_fn(|block| match argument {
+                0 => rows[block][0] * xi_to,
+                _ => rows[block][argument],
+            })
+        });
+        (self.error(), [from, to])
     }
 
-    /// [`GaussianProcess::at`] with the derivatives of its value and velocity in X_k, ω_k, X_{k+1}, ω_{k+1}, in this order.
+    /// [`GaussianProcess::at`] with the derivatives of its value and velocity, `d_state[end][argument]`.
     ///
     /// # Errors
     /// [`TrajectoryError::OutOfRange`].
     pub fn at_jac(
         &self,
         t: G::Scalar,
-    ) -> Result<(Motion<G, D>, [StateJac<G::Scalar, D>; 4]), TrajectoryError> {
+    ) -> Result<(Motion<G, D>, [[StateJac<G::Scalar, D>; R]; 2]), TrajectoryError> {
         let [(lambda, psi), (d_lambda, d_psi), ..] = self.rows(t)?;
         let [xi, rate, ..] = self.mean(t)?;
-        let (_, bend) = right_jacobian_product::<G, D>(&xi, &rate);
-        let right = G::right_jacobian(&xi);
+        let (rows, [xi_from, xi_to]) = self.arrival_jac();
+        let (right, bend) = (G::right_jacobian(&xi), right_jacobian_bend::<G, D>(&xi, &rate));
         let answer = |d_xi: Jacobian<G::Scalar, D>, d_rate: Jacobian<G::Scalar, D>| StateJac {
             value: right * d_xi,
             velocity: bend * d_xi + right * d_rate,
         };
-        let (d, one) = (self.arrival_jac(), Jacobian::<G::Scalar, D>::identity());
-        let end = |xi: Jacobian<G::Scalar, D>, rate: Jacobian<G::Scalar, D>| {
-            answer(xi * psi[0] + rate * psi[1], xi * d_psi[0] + rate * d_psi[1])
+        let arrival = |argument: usize, inner: &Jacobian<G::Scalar, D>| {
+            let [d_xi, d_rate] = [psi, d_psi].map(|gain| {
+                let zero = Jacobian::<G::Scalar, D>::zeros();
+                (0..R).fold(zero, |sum, j| sum + rows[j][argument] * gain[j]) * inner
+            });
+            answer(d_xi, d_rate)
         };
-        let mut from = end(d.xi_from, d.rate_from);
-        from.value += G::exp(&-xi).adjoint();
-        let velocity_from = answer(one * lambda[1], one * d_lambda[1]);
-        let velocity_to = answer(d.xi_to * psi[1], d.xi_to * d_psi[1]);
-        Ok((self.at(t)?, [from, velocity_from, end(d.xi_to, d.rate_to), velocity_to]))
+        let mut from = core::array::from_fn(|m| match m {
+            0 => arrival(0, &xi_from),
+            _ => answer(scaled_identity(lambda[m]), scaled_identity(d_lambda[m])),
+        });
+        from[0].value += G::exp(&-xi).adjoint();
+        let identity = Jacobian::<G::Scalar, D>::identity();
+        let to = core::array::from_fn(|m| arrival(m, if m == 0 { &xi_to } else { &identity }));
+        Ok((self.at(t)?, [from, to]))
     }
 
-    /// Derivatives of ξ₁ = X_{k+1} ⊖ X_k and of ξ̇₁ = J_r⁻¹(ξ₁)ω_{k+1} in both elements; ∂ξ̇₁/∂ω_{k+1} = J_r⁻¹(ξ₁) = ∂ξ₁/∂X_{k+1}.
-    fn arrival_jac(&self) -> ArrivalJac<G::Scalar, D> {
-        let xi = &self.arrival[0];
-        let (xi_to, xi_from) = (G::right_jacobian_inverse(xi), -G::left_jacobian_inverse(xi));
-        let bend = rate_jac::<G, D>(xi, &xi_to, &self.arrival[1]);
-        ArrivalJac { xi_from, xi_to, rate_from: bend * xi_from, rate_to: bend * xi_to }
+    /// ∂(ξ₁, ξ̇₁, ξ̈₁) in (ξ₁, ω, ω̇) of X_{k+1}, `rows[i][argument]`, and ∂ξ₁ in X_k and X_{k+1}. With K = J_r⁻¹(ξ₁), v = ξ̇₁:
+    ///
+    /// ```text
+    /// ξ̇₁ = K·ω                  ∂/∂ξ₁ = −K·F(ξ₁, v)                                          ∂/∂ω = K
+    /// ξ̈₁ = K·(ω̇ − F(ξ₁, v)v)    ∂/∂ξ₁ = −K·(F(ξ₁, ξ̈₁) + ∂(Fv)/∂ξ + ∂(Fv)/∂v·∂v/∂ξ₁)          ∂/∂ω = −K·∂(Fv)/∂v·K
+    /// ```
+    fn arrival_jac(&self) -> ([[Jacobian<G::Scalar, D>; R]; R], [Jacobian<G::Scalar, D>; 2]) {
+        let [xi, rate, second, _] = &self.arrival;
+        let (inverse, zero) = (G::right_jacobian_inverse(xi), Jacobian::<G::Scalar, D>::zeros());
+        let d_rate = -(inverse * right_jacobian_bend::<G, D>(xi, rate));
+        let mut full =
+            [[Jacobian::<G::Scalar, D>::identity(), zero, zero], [d_rate, inverse, zero], [zero; 3]];
+        if R > 2 {
+            let [d_xi, d_v] = second_bend::<G, D>(xi, rate);
+            let bend = right_jacobian_bend::<G, D>(xi, second) + d_xi + d_v * d_rate;
+            full[2] = [-(inverse * bend), -(inverse * d_v * inverse), inverse];
+        }
+        let rows = core::array::from_fn(|i| core::array::from_fn(|argument| full[i][argument]));
+        (rows, [-G::left_jacobian_inverse(xi), inverse])
     }
-}
-
-struct ArrivalJac<S, const D: usize> {
-    xi_from: Jacobian<S, D>,
-    xi_to: Jacobian<S, D>,
-    rate_from: Jacobian<S, D>,
-    rate_to: Jacobian<S, D>,
 }
 
 /// xⁿ.

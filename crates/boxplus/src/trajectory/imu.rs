@@ -9,18 +9,19 @@
 //! residual     r = Log(Δ(b)⁻¹·F(X_i)⁻¹·Γ⁻¹·X_j) ~ N(0, Σ)
 //! ∂r/∂X_j = J_r⁻¹(r)      ∂r/∂X_i = −J_r⁻¹(r)·Ad(D_ij⁻¹)·F      ∂r/∂b = −J_l⁻¹(r)·J_r(D·δb)·D
 //! ```
-//! with D_ij = F(X_i)⁻¹Γ⁻¹X_j what the states say of Δ, and J_r[φν] the columns φ, ν of J_r of SGal(3). Barrau & Bonnabel (2017), Brossard et
-//! al. (2022), Kelly (2023); the method is that of Forster et al. (2017).
+//! with D_ij = F(X_i)⁻¹Γ⁻¹X_j what the states say of Δ, and J_r[φν] the columns φ, ν of J_r of SGal(3). Barrau & Bonnabel
+//! (2017), Brossard et al. (2022), Kelly (2023); the method is that of Forster et al. (2017).
 //!
-//! - **Exact within a sample** for constant rate and specific force, however long: Δ is one exponential of SGal(3). Forster et
-//!   al. hold the rotation of a sample's start; at 10 ms and 4 rad/s that is off by 2 % of the sample's own velocity.
+//! - **Exact within a sample** for constant rate and specific force, however long: Δ is one exponential of SGal(3). Forster
+//!   et al. hold the rotation of a sample's start; at 10 ms and 4 rad/s that is off by 2 % of the sample's own velocity.
 //! - **One error, on the group**: Σ and D are of the local tangent (ρ, φ, ν) of SE₂(3), all three coupled; to compare
 //!   with Forster et al., whose δp and δv are in the frame of Δ, turn ρ and ν by ΔR.
-//! - **Biases on the group**: after a change of 0.01 rad/s and 0.1 m/s², half a second of rough motion is off by 4·10⁻⁶ m/s, by 9·10⁻⁵ m/s
-//!   with corrections added to p and v as in Forster et al. (`tests/trajectory/imu.rs`); both errors are of second order.
+//! - **Biases on the group**: after a change of 0.01 rad/s and 0.1 m/s², half a second of rough motion is off by 4·10⁻⁶ m/s,
+//!   by 9·10⁻⁵ m/s with corrections added to p and v as in Forster et al. (`tests/trajectory/imu.rs`); both errors are of
+//!   second order.
 //! - **Pitfalls**: g points down, (0, 0, −9.81) with z up; at rest an accelerometer reads +9.81 upwards. The
-//!   states are those of the sensor itself, not of the body that carries it. Biases drift: that is a factor of its own between two of
-//!   them, not part of Σ.
+//!   states are those of the sensor itself, not of the body that carries it. Biases drift: that is a factor of its own
+//!   between two of them, not part of Σ.
 
 use super::TrajectoryError;
 use super::error::{check_duration, check_finite};
@@ -89,11 +90,12 @@ impl<S: Real> Preintegration<S> {
     /// Nothing yet; samples will be taken about `bias`, the best known.
     ///
     /// # Errors
-    /// [`TrajectoryError::NotADensity`] if a density is negative or not finite, [`TrajectoryError::NotFinite`] (0: gyro, 1: accelerometer).
+    /// [`TrajectoryError::NotADensity`] if a density is negative or not finite, [`TrajectoryError::NotFinite`] (0: gyro, 1:
+    /// accelerometer).
     pub fn new(bias: ImuBias<S>, noise: ImuNoise<S>) -> Result<Self, TrajectoryError> {
         for density in [noise.gyro, noise.accel].map(Real::value) {
             if !(density >= 0.0 && density.is_finite()) {
-                return Err(TrajectoryError::NotADensity { value: density });
+                return Err(TrajectoryError::NotADensity { density });
             }
         }
         check_finite(&bias.gyro, 0)?;
@@ -105,7 +107,8 @@ impl<S: Real> Preintegration<S> {
     /// Adds a sample: angular rate in rad/s and specific force in m/s², constant for the next `duration` seconds.
     ///
     /// # Errors
-    /// [`TrajectoryError::NotFinite`] (0: gyro, 1: accelerometer) or [`TrajectoryError::NotADuration`]; the sum is then unchanged.
+    /// [`TrajectoryError::NotFinite`] (0: gyro, 1: accelerometer) or [`TrajectoryError::NotADuration`]; the sum is then
+    /// unchanged.
     pub fn push(
         &mut self,
         gyro: &Vector3<S>,

@@ -1,7 +1,7 @@
 //! Integrators that never leave the group: Ẋ = X·f(t, X)^ by exponentials.
 //!
-//! A step of a vector-space Runge–Kutta method leaves the group and must be projected back, which costs its order or its invariants.
-//! These step along tangents instead. Body form, k = h·f in the frame of X:
+//! A step of a vector-space Runge–Kutta method leaves the group and must be projected back, which costs its order or its
+//! invariants. These step along tangents instead. Body form, k = h·f in the frame of X:
 //!
 //! ```text
 //! Lie–Euler   X⁺ = X⊕k₁                                                                                  order 1
@@ -16,7 +16,8 @@
 //! Which one? For a given error CF4 or RKMK4 need the fewest evaluations of f; where f is known in advance, a function of
 //! time alone, [`super::magnus4`] needs two per step. `examples/integrate.rs` prints error against step for all.
 //!
-//! Pitfall: the signs of the brackets belong to the side. With those of the spatial form (most textbooks) RKMK4 falls to order 2.
+//! Pitfall: the signs of the brackets belong to the side. With those of the spatial form (most textbooks) RKMK4 falls to
+//! order 2.
 
 use crate::lie::{LieGroup, Real, Tangent};
 

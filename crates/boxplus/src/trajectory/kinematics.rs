@@ -4,8 +4,8 @@
 //! X = Exp(τ):   Ẋ = X·ω^   τ̇ = J_r⁻¹(τ)·ω   body          Ẋ = ϖ^·X   τ̇ = J_l⁻¹(τ)·ϖ   spatial
 //! ω = J_r(τ)·τ̇                                               ϖ = J_l(τ)·τ̇
 //! ```
-//! Barfoot (2024) (8.26)–(8.33). Rate of a rotation vector ≠ angular velocity: they agree at τ = 0 and where both are parallel. Accelerations,
-//! too, are converted by [`super::Motion::from_coordinates`] and [`super::Motion::coordinates`].
+//! Barfoot (2024) (8.26)–(8.33). Rate of a rotation vector ≠ angular velocity: they agree at τ = 0 and where both are
+//! parallel. Accelerations, too, are converted by [`super::Motion::from_coordinates`] and [`super::Motion::coordinates`].
 //!
 //! Errors. Let X̂ move at the measured velocity, X at the true one, ω = ω̂ + δω:
 //!
@@ -14,8 +14,9 @@
 //! global X = Exp(ξ)·X̂    ξ̇ = +ad_ϖ·ξ + δϖ    Φ(t, s) = Ad(X(t))·Ad(X(s))⁻¹   ∫₀^Δ Φ(Δ, s)ds = Δ·J_l(ϖΔ)
 //! ```
 //! to first order in ξ; Φ(t, s) carries an error of time s to time t and is exact for finite ξ where δω = 0. Barfoot (2024)
-//! (8.30)–(8.35). The global Φ of one velocity in the parent frame does not depend on where X is; an error fixed to the body is
-//! constant in neither. Pitfall: the 4×4 propagator of the pose and the 6×6 propagator of its error are different matrices.
+//! (8.30)–(8.35). The global Φ of one velocity in the parent frame does not depend on where X is; an error fixed to the body
+//! is constant in neither. Pitfall: the 4×4 propagator of the pose and the 6×6 propagator of its error are different
+//! matrices.
 
 use crate::lie::{Jacobian, LieGroup, Tangent};
 

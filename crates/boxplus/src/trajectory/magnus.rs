@@ -6,8 +6,9 @@
 //! order 4          Ω = (h/2)(ω_a + ω_b) + (√3/12)h²[ω_a, ω_b]      ω_a, ω_b at t + (½ ∓ √3/6)h
 //! ω = ω₁ + αs      Ω = ω₁h + ½αh² + (h³/12)[ω₁, α]                 the same, in closed form; error O(h⁵)
 //! ```
-//! Magnus (1954); Blanes, Casas, Oteo & Ros (2009); Barfoot (2024) (8.29). In the spatial form Ẋ = ϖ^·X, X(t + h) = Exp(Ω)·X(t), which
-//! most texts print, every bracket has the other sign: Ω_spatial(ϖ) = −Ω_body(−ϖ), the `…_spatial` functions here.
+//! Magnus (1954); Blanes, Casas, Oteo & Ros (2009); Barfoot (2024) (8.29). In the spatial form Ẋ = ϖ^·X, X(t + h) =
+//! Exp(Ω)·X(t), which most texts print, every bracket has the other sign: Ω_spatial(ϖ) = −Ω_body(−ϖ), the `…_spatial`
+//! functions here.
 //!
 //! Pitfall: with the wrong sign the order is 2 again, and a smooth test trajectory still looks right.
 

@@ -12,10 +12,11 @@
 //! | A prior that joins states in time, and a query between them? | [`GaussianProcess`] |
 //! | How do rates and errors transform? | [`Motion`], [`body_velocity`], [`local_error_transition`], … |
 //!
-//! Everything is written against [`crate::lie::LieGroup`] alone: it serves every group here and every group of a user's, in `f32`, `f64`
-//! and dual numbers, without allocation.
+//! Everything is written against [`crate::lie::LieGroup`] alone: it serves every group here and every group of a user's, in
+//! `f32`, `f64` and dual numbers, without allocation.
 //!
-//! - **Rates are of the body**: Ẋ = X·ω^. Spatial rates, Ẋ = ϖ^·X, are spelled out. Units are those of the tangent per unit of time.
+//! - **Rates are of the body**: Ẋ = X·ω^. Spatial rates, Ẋ = ϖ^·X, are spelled out. Units are those of the tangent per unit
+//!   of time.
 //! - **Derivatives** in elements are right (local); in time they are the rates themselves.
 //! - **Half a turn** between neighbours has two shortest ways. The curves refuse it ([`TrajectoryError::Ambiguous`]) instead
 //!   of tossing a coin.

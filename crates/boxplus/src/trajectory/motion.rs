@@ -11,8 +11,8 @@
 //! ```
 //! Barfoot (2024) (8.26)–(8.33) on SE(3); the product rule is the recursion of Sommer et al. (2020), on any group.
 //!
-//! Pitfall: ω̇ is the derivative of coordinates in a turning frame. On SE(3) its first three numbers are not the acceleration of
-//! the origin, which is R·(ρ̇ + φ×ρ): [`Motion::act`] gives that.
+//! Pitfall: ω̇ is the derivative of coordinates in a turning frame. On SE(3) its first three numbers are not the
+//! acceleration of the origin, which is R·(ρ̇ + φ×ρ): [`Motion::act`] gives that.
 
 use crate::lie::{Action, Jacobian, LieGroup, Real, Tangent};
 use nalgebra::{SMatrix, SVector};
@@ -110,8 +110,8 @@ impl<G: LieGroup<D>, const D: usize> Motion<G, D> {
     /// y = X·p      ẏ = A·(ṗ + G(p)ω)      ÿ = A·(p̈ + 2Wṗ + W·G(p)ω + G(p)ω̇)      W·d = (G(d) − G(0))·ω
     /// ```
     /// with A the linear part and G the generators of the [`Action`]: on SE(3) ẏ = R(ṗ + φ×p + ρ), then Coriolis, centrifugal
-    /// and Euler terms in this order. Of a point fixed in the world the body sees `motion.inverse().act(&PointMotion::fixed(p))`,
-    /// ṗ = −G(p)ω, Barfoot (2024) (8.36).
+    /// and Euler terms in this order. Of a point fixed in the world the body sees
+    /// `motion.inverse().act(&PointMotion::fixed(p))`, ṗ = −G(p)ω, Barfoot (2024) (8.36).
     pub fn act<const N: usize>(&self, p: &PointMotion<G::Scalar, N>) -> PointMotion<G::Scalar, N>
     where
         G: Action<D, N>,

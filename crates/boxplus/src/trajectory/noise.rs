@@ -4,12 +4,14 @@
 //! ẋ = A·x + L·w      w white, E[w(t)w(s)ᵀ] = Q·δ(t − s)          over a step Δ:   x⁺ = Φ·x + v,  v ~ N(0, Q_d)
 //! Φ = exp(AΔ)        Q_d = ∫₀^Δ exp(As)·LQLᵀ·exp(As)ᵀ ds
 //! ```
-//! Van Loan (1978) reads both off exp(\[−A, LQLᵀ; 0, Aᵀ\]Δ). Here the same integral is its power series over a step of ‖A‖h ≤ ¼, then
-//! doubled, Q(2h) = Q(h) + Φ(h)·Q(h)·Φ(h)ᵀ: sums of positive terms only. No inverse of Φ appears, which for a strongly damped A
-//! is what overflows in van Loan's matrix; Q_d is symmetric to the bit and positive semidefinite to rounding.
+//! Van Loan (1978) reads both off exp(\[−A, LQLᵀ; 0, Aᵀ\]Δ). Here the same integral is its power series over a step of ‖A‖h
+//! ≤ ¼, then doubled, Q(2h) = Q(h) + Φ(h)·Q(h)·Φ(h)ᵀ: sums of positive terms only. No inverse of Φ appears, which for a
+//! strongly damped A is what overflows in van Loan's matrix; Q_d is symmetric to the bit and positive semidefinite to
+//! rounding.
 //!
-//! On a group A is the error dynamics of one side: −ad_ω for the local error ([`super::local_error_dynamics`]), +ad_ϖ for the global one. A
-//! density of a gyro, 0.01 rad/s/√Hz, is √Q; over 1 s it makes an error of 0.01 rad, over 4 s one of 0.02 rad.
+//! On a group A is the error dynamics of one side: −ad_ω for the local error ([`super::local_error_dynamics`]), +ad_ϖ for
+//! the global one. A density of a gyro, 0.01 rad/s/√Hz, is √Q; over 1 s it makes an error of 0.01 rad, over 4 s one of 0.02
+//! rad.
 
 use super::TrajectoryError;
 use super::error::check_duration;

@@ -8,7 +8,7 @@ const HALVINGS: u32 = 3;
 /// 0.79ⁿ/(n + 1)! < ε/100 from n = 15 on.
 const TERMS: usize = 16;
 
-/// J_r(τ)·v and F(τ, v) = ∂(J_r(τ)·v)/∂τ, D×D, for |φ| ≤ 2π.
+/// F(τ, v) = ∂(J_r(τ)·v)/∂τ, D×D, for |φ| ≤ 2π.
 ///
 /// ```text
 /// J_r(τ)v = Σ tₙ/(n + 1)!    t₀ = v, tₙ = −ad_τ·tₙ₋₁ = ad(tₙ₋₁)·τ        ∂tₙ/∂τ = ad(tₙ₋₁) − ad_τ·∂tₙ₋₁/∂τ
@@ -16,10 +16,10 @@ const TERMS: usize = 16;
 /// F(2τ, v) = ¼[(I + E)·F(τ, v) + ad(E·J_r(τ)v)·J_r(τ)]
 /// ```
 /// The series where it is short, then doubled: no case apart at τ = 0, no cancellation.
-pub(super) fn right_jacobian_product<G: LieGroup<D>, const D: usize>(
+pub(super) fn right_jacobian_bend<G: LieGroup<D>, const D: usize>(
     tau: &Tangent<G::Scalar, D>,
     v: &Tangent<G::Scalar, D>,
-) -> (Tangent<G::Scalar, D>, Jacobian<G::Scalar, D>) {
+) -> Jacobian<G::Scalar, D> {
     let lit = G::Scalar::lit;
     let identity = Jacobian::<G::Scalar, D>::identity();
     let part = tau * lit(1.0 / f64::from(1_u32 << HALVINGS));
@@ -34,7 +34,7 @@ pub(super) fn right_jacobian_product<G: LieGroup<D>, const D: usize>(
         jacobian = both * jacobian * lit(0.5);
         turn *= turn;
     }
-    (product, bend)
+    bend
 }
 
 /// The two power series.
@@ -56,12 +56,31 @@ fn series<G: LieGroup<D>, const D: usize>(
     (sum, d_sum)
 }
 
-/// ∂(J_r⁻¹(τ)·ω)/∂τ = −J_r⁻¹(τ)·F(τ, g), D×D, given J_r⁻¹(τ) and g = J_r⁻¹(τ)·ω.
-pub(super) fn rate_jac<G: LieGroup<D>, const D: usize>(
+/// \[∂(F(τ, v)·v)/∂τ, ∂(F(τ, v)·v)/∂v\] for |φ| ≤ π: how the acceleration of Exp(τ + vt) answers to τ and to v.
+///
+/// With tₙ as above and sₙ = ∂tₙ/∂τ·v = −\[v, tₙ₋₁\] − \[τ, sₙ₋₁\], F(τ, v)·v = Σ sₙ/(n + 1)!, differentiated term by term.
+pub(super) fn second_bend<G: LieGroup<D>, const D: usize>(
     tau: &Tangent<G::Scalar, D>,
-    inverse: &Jacobian<G::Scalar, D>,
-    rate: &Tangent<G::Scalar, D>,
-) -> Jacobian<G::Scalar, D> {
-    let (_, bend) = right_jacobian_product::<G, D>(tau, rate);
-    -(inverse * bend)
+    v: &Tangent<G::Scalar, D>,
+) -> [Jacobian<G::Scalar, D>; 2] {
+    // n²πⁿ⁻²/(n + 1)! < ε/100 from n = 29 on.
+    const LONG: usize = 30;
+    let zero = Jacobian::<G::Scalar, D>::zeros();
+    let (ad, along) = (G::small_adjoint(tau), G::small_adjoint(v));
+    let (mut t, mut s) = (*v, Tangent::<G::Scalar, D>::zeros());
+    let (mut t_tau, mut t_v) = (zero, Jacobian::<G::Scalar, D>::identity());
+    let (mut s_tau, mut s_v) = (zero, zero);
+    let mut sum = [zero; 2];
+    let mut reciprocal = 1.0;
+    for n in 1..=LONG {
+        let ad_t = G::small_adjoint(&t);
+        (s_tau, s_v) = (G::small_adjoint(&s) - along * t_tau - ad * s_tau, ad_t - along * t_v - ad * s_v);
+        s = -(along * t + ad * s);
+        (t_tau, t_v) = (ad_t - ad * t_tau, -(ad * t_v));
+        t = -(ad * t);
+        reciprocal /= (n + 1) as f64;
+        sum[0] += s_tau * G::Scalar::lit(reciprocal);
+        sum[1] += s_v * G::Scalar::lit(reciprocal);
+    }
+    sum
 }

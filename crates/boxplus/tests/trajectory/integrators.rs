@@ -44,8 +44,9 @@ fn measured<G: LieGroup<D, Scalar = f64>, const D: usize>(
     slope(&errors)
 }
 
-/// How far an order can be followed: (coarsest steps, halvings). Ten halvings are three decades of h; at order 4 that would be twelve
-/// decades of error, more than lie between the asymptotic regime and the rounding of a thousand steps: seven there, two decades.
+/// How far an order can be followed: (coarsest steps, halvings). Ten halvings are three decades of h; at order 4 that would
+/// be twelve decades of error, more than lie between the asymptotic regime and the rounding of a thousand steps: seven
+/// there, two decades.
 fn range(order: u32) -> (u32, u32) {
     match order {
         1 => (64, 10),
@@ -245,5 +246,5 @@ fn adaptive_integration_says_where_no_step_is_short_enough() {
     };
     assert_eq!(refused(f64::NAN, 1.0, 1e-9), TrajectoryError::NotFinite { index: 1 });
     assert_eq!(refused(0.0, f64::INFINITY, 1e-9), TrajectoryError::NotFinite { index: 2 });
-    assert_eq!(refused(0.0, 1.0, 0.0), TrajectoryError::NotADensity { value: 0.0 });
+    assert_eq!(refused(0.0, 1.0, 0.0), TrajectoryError::NotATolerance { tolerance: 0.0 });
 }

@@ -14,8 +14,8 @@ use nalgebra::SMatrix;
 /// arriving with (N − 1)·(X_{N−1} ⊖ X_{N−2}). Shoemake (1985) on S³, Park & Ravani (1995) on Lie groups. Two control elements
 /// make [`LieGroup::interpolate`]. Left-invariant: moving all control elements by G moves the curve by G.
 ///
-/// Pitfall: a group is curved, so that splitting a Bézier curve in two does not give Bézier curves; and the construction is smooth
-/// only while no two intermediate points are half a turn apart, which is so when all control rotations lie within a
+/// Pitfall: a group is curved, so that splitting a Bézier curve in two does not give Bézier curves; and the construction is
+/// smooth only while no two intermediate points are half a turn apart, which is so when all control rotations lie within a
 /// quarter turn of one of them.
 ///
 /// ```

@@ -12,7 +12,8 @@ use crate::trajectory::{Motion, MotionJac, TrajectoryError};
 /// δ₋ = Xᵢ ⊖ Xᵢ₋₁ over h₋      δ₊ = Xᵢ₊₁ ⊖ Xᵢ over h₊      vᵢ = (h₊·δ₋/h₋ + h₋·δ₊/h₊)/(h₋ + h₊)
 /// ```
 /// Catmull & Rom (1974) in the non-uniform form: on ℝⁿ vᵢ is the slope of the parabola through three points. At both ends the
-/// velocity is that of the outer geodesic. C¹, local (an element moves four segments), left-invariant, exact for constant velocity.
+/// velocity is that of the outer geodesic. C¹, local (an element moves four segments), left-invariant, exact for constant
+/// velocity.
 ///
 /// ```
 /// use boxplus::lie::{LieGroup, SE3};
@@ -63,8 +64,8 @@ impl<'a, G: LieGroup<D>, const D: usize> CatmullRom<'a, G, D> {
         Ok(self.hermite(i)?.at(t - self.times[i]))
     }
 
-    /// X(t) with its rates: `(motion, i, d_motion_d_element)`, the latter in elements i − 1, …, i + 2 (zero where there is none),
-    /// where i begins the segment of t.
+    /// X(t) with its rates: `(motion, i, d_motion_d_element)`, the latter in elements i − 1, …, i + 2 (zero where there is
+    /// none), where i begins the segment of t.
     ///
     /// # Errors
     /// [`TrajectoryError::OutOfRange`], or those of [`Hermite::new`].

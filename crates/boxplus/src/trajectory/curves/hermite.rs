@@ -51,8 +51,9 @@ impl<G: LieGroup<D>, const D: usize> Hermite<G, D> {
     /// From `from`, left with body velocity `velocity_from`, to `to`, met with `velocity_to`, in `duration`.
     ///
     /// # Errors
-    /// [`TrajectoryError::NotADuration`], [`TrajectoryError::NotFinite`] (element 0 or 1), or [`TrajectoryError::Ambiguous`] where
-    /// the middle exponential turns by half a turn: the velocities lead elsewhere than to `to`, or more than once around.
+    /// [`TrajectoryError::NotADuration`], [`TrajectoryError::NotFinite`] (element 0 or 1), or [`TrajectoryError::Ambiguous`]
+    /// where the middle exponential turns by half a turn: the velocities lead elsewhere than to `to`, or more than once
+    /// around.
     pub fn new(
         from: G,
         velocity_from: Tangent<G::Scalar, D>,

@@ -28,8 +28,8 @@ pub fn slerp<S: Real>(from: &SO3<S>, to: &SO3<S>, t: S) -> SO3<S> {
 /// Sᵢ = Xᵢ·Exp(−¼[(Xᵢ₊₁ ⊖ Xᵢ) + (Xᵢ₋₁ ⊖ Xᵢ)])
 /// X(u) = geodesic(geodesic(X₁, X₂, u), geodesic(S₁, S₂, u), 2u(1 − u))
 /// ```
-/// Shoemake (1987). At every element the velocity is the mean of those of the two geodesics that meet there, so that segments join
-/// with one velocity; the parameter is uniform. For unequal times take [`super::CatmullRom`].
+/// Shoemake (1987). At every element the velocity is the mean of those of the two geodesics that meet there, so that
+/// segments join with one velocity; the parameter is uniform. For unequal times take [`super::CatmullRom`].
 ///
 /// ```
 /// use boxplus::lie::{LieGroup, SO3};
