@@ -6,6 +6,7 @@
 //! |---|---|---|
 //! | [`lie`] | groups: Exp, Log, ⊞, ⊟, adjoints, every Jacobian on both sides | always, `no_std` |
 //! | [`uncertainty`] | uncertain elements: compose, relate, fuse, transform, judge; to fourth order, on both sides | always, `no_std` |
+//! | [`trajectory`] | curves, splines, kinematics, integrators, noise over time, inertial sensors | always, `no_std` |
 //! | `graph` | factor graphs: the estimate that fits all measurements best, and how sure it is | `solve` (`parallel`: on all cores) |
 //! | `pose_graph` | pose graphs as data: statistics, faults, simulators, and their optimum | `io` (and `solve`) |
 //! | `io` | g2o, TORO and iSAM files | `io` |
@@ -22,6 +23,7 @@ pub mod lie;
 mod partition;
 #[cfg(feature = "io")]
 pub mod pose_graph;
+pub mod trajectory;
 pub mod uncertainty;
 
 /// The README's example is a test.

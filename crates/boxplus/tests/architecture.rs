@@ -7,12 +7,8 @@ use std::path::{Path, PathBuf};
 /// The modules in reading order.
 const ORDER: [&str; 6] = ["lie", "uncertainty", "trajectory", "graph", "pose_graph", "io"];
 
-/// All sources in a folder; of a folder that is not there, none.
 fn sources(folder: &Path) -> Vec<PathBuf> {
     let mut found = vec![];
-    if !folder.is_dir() {
-        return found;
-    }
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         if path.is_dir() {
