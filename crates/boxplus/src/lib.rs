@@ -13,6 +13,7 @@
 
 pub use nalgebra;
 
+pub mod filter;
 #[cfg(feature = "solve")]
 pub mod graph;
 #[cfg(feature = "io")]
