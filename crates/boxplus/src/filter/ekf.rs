@@ -165,9 +165,9 @@ impl Filter for Ekf {
         F: Motion<G, D, W>,
     {
         let (next, f, g) = stepped::<G, E, F, D, W>(motion, belief.mean(), input)?;
-        let covariance = belief.covariance().transformed(&f) + motion.noise(input).transformed(&g);
-        let cross = belief.covariance().matrix() * f.transpose();
-        Ok(Predicted { belief: checked(Gaussian::new(next, covariance))?, cross })
+        let disturbance = motion.noise(input).transformed(&g);
+        let moved = Gaussian::new(next, belief.covariance().transformed(&f) + disturbance);
+        Ok(Predicted { belief: checked(moved)?, transition: f, disturbance })
     }
 
     fn update<G, E, Z, const D: usize, const M: usize>(

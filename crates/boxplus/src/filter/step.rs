@@ -12,7 +12,7 @@ use nalgebra::{SMatrix, SVector};
 /// on its side E: `Local` is the left-invariant error X̂⁻¹X, `Global` the right-invariant error XX̂⁻¹ of Barrau & Bonnabel
 /// (2017).
 pub trait Filter {
-    /// The belief after one step of the motion, and how it correlates with the belief before.
+    /// The belief after one step of the motion, and how errors moved.
     ///
     /// # Errors
     /// [`FilterError::MotionNotFinite`], [`FilterError::CovarianceNotFinite`].
@@ -62,8 +62,10 @@ pub trait Filter {
 pub struct Predicted<G: LieGroup<D>, const D: usize, E: Side = Local> {
     /// The belief after the step.
     pub belief: Gaussian<G, D, E>,
-    /// E\[ξ·ξ⁺ᵀ\], D×D: the error before the step with the error after it; PFᵀ for the [`Ekf`](super::Ekf).
-    pub cross: Jacobian<G::Scalar, D>,
+    /// F, D×D, on the side E: from the error before to the error after; of the [`Ukf`](super::Ukf), its statistical linearisation.
+    pub transition: Jacobian<G::Scalar, D>,
+    /// P⁺ − FPFᵀ, D×D: GQGᵀ, and what is not linear.
+    pub disturbance: Covariance<D, G::Scalar>,
 }
 
 /// What became of a measurement.

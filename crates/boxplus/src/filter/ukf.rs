@@ -1,6 +1,7 @@
 //! The unscented filter on a manifold.
 
 use super::ekf::{checked, injected};
+use super::linear::divided;
 use super::model::{all_finite, is_finite};
 use super::step::{Filter, Gate, Innovation, Outcome, Predicted, Update};
 use super::{FilterError, Measurement, Motion};
@@ -102,13 +103,24 @@ impl Ukf {
         &self,
         images: &Images<S, R, D>,
     ) -> (SVector<S, R>, Covariance<R, S>) {
+        let (mean, odd, even) = self.parts(images);
+        (mean, odd + even)
+    }
+
+    /// `(d̄, moment of the odd parts ½(d₊ − d₋), moment of the rest)`. The first is that of a linear function.
+    fn parts<S: Real, const R: usize, const D: usize>(
+        &self,
+        images: &Images<S, R, D>,
+    ) -> (SVector<S, R>, Covariance<R, S>, Covariance<R, S>) {
         let weight = self.weight::<D>();
-        let mean = (images.plus + images.minus).column_sum() * S::lit(weight);
-        let root = S::lit(weight.simd_sqrt());
+        let (sum, difference) = (images.plus + images.minus, images.plus - images.minus);
+        let mean = sum.column_sum() * S::lit(weight);
+        // w(d₊d₊ᵀ + d₋d₋ᵀ) = ½w(sum·sumᵀ + difference·differenceᵀ)
+        let root = S::lit((0.5 * weight).simd_sqrt());
         let unit = Covariance::<D, S>::unit();
-        let scatter = unit.transformed(&(images.plus * root)) + unit.transformed(&(images.minus * root));
         let bend = S::lit((2.0 - self.spread() * self.spread()).simd_sqrt());
-        (mean, scatter + Covariance::<1, S>::unit().transformed(&(mean * bend)))
+        let even = unit.transformed(&(sum * root)) + Covariance::<1, S>::unit().transformed(&(mean * bend));
+        (mean, unit.transformed(&(difference * root)), even)
     }
 
     /// The update, unless it is refused.
@@ -166,9 +178,12 @@ impl Filter for Ukf {
         if !is_finite(&next) || !moved.is_finite() || !disturbed.is_finite() {
             return Err(FilterError::MotionNotFinite);
         }
-        let covariance = self.moments(&moved).1 + self.moments(&disturbed).1;
-        let cross = spread * (moved.plus - moved.minus).transpose() * G::Scalar::lit(self.weight::<D>());
-        Ok(Predicted { belief: checked(Gaussian::new(next, covariance))?, cross })
+        let (_, linear, rest) = self.parts(&moved);
+        let disturbance = rest + self.moments(&disturbed).1;
+        // Half the difference of the images of ±(column of the spread) is F times that column.
+        let transition = divided(&((moved.plus - moved.minus) * G::Scalar::lit(0.5)), &spread);
+        let belief = checked(Gaussian::new(next, linear + disturbance))?;
+        Ok(Predicted { belief, transition, disturbance })
     }
 
     fn update<G, E, Z, const D: usize, const M: usize>(

@@ -2,7 +2,11 @@
 //! numbers by Monte Carlo, and bad input.
 #![allow(missing_docs, clippy::unwrap_used)]
 
+#[cfg(feature = "autodiff")]
+mod duals;
 mod linear;
 mod models;
 mod refused;
 mod sides;
+#[cfg(feature = "std")]
+mod smooth;
