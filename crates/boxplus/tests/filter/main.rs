@@ -6,6 +6,8 @@
 mod duals;
 mod linear;
 mod models;
+#[cfg(feature = "rand")]
+mod published;
 mod refused;
 mod sides;
 #[cfg(feature = "std")]
