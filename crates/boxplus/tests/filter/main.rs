@@ -2,6 +2,8 @@
 //! numbers by Monte Carlo, and bad input.
 #![allow(missing_docs, clippy::unwrap_used)]
 
+#[cfg(feature = "rand")]
+mod benchmarks;
 #[cfg(feature = "autodiff")]
 mod duals;
 mod linear;
