@@ -67,6 +67,59 @@ fn run<E: Side>(filter: &impl Filter, steps: &[(f64, f64)]) -> (Vector2<f64>, Ma
     (belief.mean().vector(), *belief.covariance().matrix())
 }
 
+/// A square, as a motion and as a measurement.
+struct Square;
+
+impl Motion<Rn<1>, 1, 1> for Square {
+    type Input = ();
+    fn step(&self, x: &Rn<1>, (): &(), w: &SVector<f64, 1>) -> Rn<1> {
+        let x = x.vector() + w;
+        Rn::new(x.component_mul(&x))
+    }
+    fn noise(&self, (): &()) -> Covariance<1> {
+        Covariance::zero()
+    }
+    fn step_jac(&self, x: &Rn<1>, (): &()) -> (Rn<1>, SVector<f64, 1>, SVector<f64, 1>) {
+        (self.step(x, &(), &SVector::zeros()), x.vector() * 2.0, x.vector() * 2.0)
+    }
+}
+
+impl Measurement<Rn<1>, 1, 1> for Square {
+    fn innovation(&self, x: &Rn<1>) -> SVector<f64, 1> {
+        vector![3.0] - x.vector().component_mul(&x.vector())
+    }
+    fn noise(&self) -> Covariance<1> {
+        Covariance::unit()
+    }
+    fn innovation_jac(&self, x: &Rn<1>) -> (SVector<f64, 1>, SVector<f64, 1>) {
+        (self.innovation(x), x.vector() * 2.0)
+    }
+}
+
+#[test]
+fn sigma_points_know_the_moments_of_a_square_at_any_spread() {
+    // x ~ N(m, σ²): E[x²] = m² + σ², Var[x²] = 4m²σ² + 2σ⁴, Cov[x, x²] = 2mσ².
+    let (m, s) = (1.5_f64, 0.4_f64);
+    let prior = Gaussian::<Rn<1>, 1>::from_sigmas(Rn::new(vector![m]), &vector![s]).unwrap();
+    let variance = 4.0 * m * m * s * s + 2.0 * s.powi(4);
+    for alpha in [0.01, 0.3, 1.0] {
+        let ukf = Ukf { alpha, ..Ukf::default() };
+        let moved = ukf.predict_joint(&prior, &Square, &()).unwrap();
+        assert!((moved.belief.covariance().matrix()[(0, 0)] - variance).abs() < 1e-12);
+        assert!((moved.transition[(0, 0)] - 2.0 * m).abs() < 1e-12);
+        assert!((moved.disturbance.matrix()[(0, 0)] - 2.0 * s.powi(4)).abs() < 1e-12);
+        let update = ukf.update(&prior, &Square);
+        let innovation = update.innovation().unwrap();
+        assert!((innovation.value[0] - (3.0 - m * m - s * s)).abs() < 1e-12);
+        assert!((innovation.covariance.matrix()[(0, 0)] - variance - 1.0).abs() < 1e-12);
+        let cross = 2.0 * m * s * s;
+        let left = s * s - cross * cross / (variance + 1.0);
+        assert!((update.belief.covariance().matrix()[(0, 0)] - left).abs() < 1e-12);
+        let gained = cross / (variance + 1.0) * innovation.value[0];
+        assert!((update.belief.mean().vector()[0] - m - gained).abs() < 1e-12);
+    }
+}
+
 #[test]
 fn a_linear_system_gives_the_textbook_filter() {
     let steps: Vec<(f64, f64)> =

@@ -98,16 +98,17 @@ fn a_smoother_passes_through_certain_directions() {
 
 #[test]
 fn without_disturbance_a_smoothed_state_is_the_last_one_carried_back() {
-    // x₀ and x_n determine each other then, so that both beliefs are one, through any turn: to first order in the spread.
+    // x₀ and x_n determine each other then, and odometry moves errors by Ad exactly: both beliefs are one, however large the
+    // correction, if and only if both resets of the smoother are right.
     let still = Odometry { noise: Covariance::zero() };
-    let l = SMatrix::<f64, 3, 3>::from_fn(|i, j| 0.01 * ((i * i + 3 * i * j + j + 1) as f64).sin());
+    let l = SMatrix::<f64, 3, 3>::from_fn(|i, j| 0.3 * ((i * i + 3 * i * j + j + 1) as f64).sin());
     let start = Gaussian::<SE2, 3>::new(SE2::identity(), Covariance::new(l * l.transpose()).unwrap());
     let step = vector![1.0, 0.2, 0.6];
     let mut run = Smoother::new(Ekf::default(), start);
     for _ in 0..5 {
         run.predict(&still, &step).unwrap();
     }
-    let place = run.belief().mean().translation() + vector![0.01, -0.005];
+    let place = run.belief().mean().translation() + vector![0.7, -0.5];
     assert!(
         run.update(&PositionFix::of_origin(place, Covariance::from_sigmas(&vector![0.01, 0.01]).unwrap()))
             .is_accepted()
@@ -115,11 +116,9 @@ fn without_disturbance_a_smoothed_state_is_the_last_one_carried_back() {
     let first = run.smoothed()[0];
     let whole = SE2::exp(&step).power(5.0);
     let carried = first.change_body(&whole);
-    let (difference, scale) = (carried.mean().rminus(run.belief().mean()).norm(), 0.01);
-    assert!(difference < 0.05 * scale, "{difference:e}");
-    let relative = (carried.covariance().matrix() - run.belief().covariance().matrix()).norm()
-        / run.belief().covariance().matrix().norm();
-    assert!(relative < 0.05, "{relative:e}");
+    assert!(run.smoothed()[0].mean().rminus(&SE2::identity()).norm() > 0.3);
+    assert!(carried.mean().rminus(run.belief().mean()).norm() < 1e-12);
+    assert!((carried.covariance().matrix() - run.belief().covariance().matrix()).norm() < 1e-12);
 }
 
 fn drive(b: &Gaussian<SE2, 3>) -> Gaussian<SE2, 3> {
