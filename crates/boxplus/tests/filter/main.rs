@@ -12,5 +12,6 @@ mod models;
 mod published;
 mod refused;
 mod sides;
+mod single;
 #[cfg(feature = "std")]
 mod smooth;
