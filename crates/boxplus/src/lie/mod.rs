@@ -17,6 +17,7 @@
 //! - **Rotations** go in and out as Euler angles, quaternions of any convention and more: [`rotation`]. Directions are [`S2`].
 //! - **Beyond the group laws**: [`distance`]s, the nearest element to a matrix (`project`), logarithms through many turns
 //!   ([`log_near`]), random elements (`sample`, feature `rand`).
+//! - **Averages**, weighted, robust, with their covariance: [`means`]. Second derivatives: [`second_order`].
 //! - **Your own group** writes the required items of [`LieGroup`] and is proved by one line of [`laws`].
 //!
 //! ```
@@ -39,14 +40,17 @@ mod error;
 mod groups;
 pub mod laws;
 mod left;
+mod linear;
 pub mod log_near;
 mod manifold;
+pub mod means;
 mod nearest;
 pub mod orders;
 mod real;
 pub mod rotation;
 #[cfg(feature = "rand")]
 pub mod sample;
+pub mod second_order;
 pub mod sphere;
 mod stumpff;
 
@@ -58,6 +62,7 @@ pub use groups::{R3xSO3, Rn, RxSO2, RxSO3, S1, S3, SE2, SE3, SE23, SGal3, SO2, S
 pub use left::LeftJacobians;
 pub use log_near::LogNear;
 pub use manifold::Manifold;
+pub use means::{ChordalMean, Mean, Means, Weights};
 pub use orders::Order;
 pub use real::Real;
 pub use rotation::{EulerAngles, EulerSequence, GimbalLock, SwingTwist};
@@ -160,6 +165,23 @@ pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'st
     #[inline]
     fn left_jacobian_inverse(tau: &Tangent<Self::Scalar, D>) -> Jacobian<Self::Scalar, D> {
         Self::right_jacobian_inverse(&-tau)
+    }
+    /// D J_r(τ)\[δ\], D×D: d/dt J_r(τ + tδ) at t = 0, linear in δ; the second derivative of Exp. See [`second_order`].
+    /// For single numbers where the group has no closed form.
+    fn right_jacobian_derivative(
+        tau: &Tangent<Self::Scalar, D>,
+        delta: &Tangent<Self::Scalar, D>,
+    ) -> Jacobian<Self::Scalar, D> {
+        second_order::left_jacobian_derivative::<Self, D>(&-tau, &-delta)
+    }
+    /// D J_r⁻¹(τ)\[δ\] = −J_r⁻¹·D J_r\[δ\]·J_r⁻¹, D×D; the second derivative of Log. Unbounded as θ → 2π.
+    #[inline]
+    fn right_jacobian_inverse_derivative(
+        tau: &Tangent<Self::Scalar, D>,
+        delta: &Tangent<Self::Scalar, D>,
+    ) -> Jacobian<Self::Scalar, D> {
+        let inverse = Self::right_jacobian_inverse(tau);
+        -(inverse * Self::right_jacobian_derivative(tau, delta) * inverse)
     }
     /// \[a, b\] = vee(a^·b^ − b^·a^) = ad_a·b.
     #[inline]
