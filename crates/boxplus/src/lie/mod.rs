@@ -17,7 +17,7 @@
 //! - **Rotations** go in and out as Euler angles, quaternions of any convention and more: [`rotation`]. Directions are [`S2`].
 //! - **Beyond the group laws**: [`distance`]s, the nearest element to a matrix (`project`), logarithms through many turns
 //!   ([`log_near`]), random elements (`sample`, feature `rand`).
-//! - **Averages**, weighted, robust, with their covariance: [`means`]. Second derivatives: [`second_order`].
+//! - **Averages**, weighted, robust, with their covariance: [`means`]. Second derivatives: [`second_order`]. Composition of tangents: [`bch`].
 //! - **Your own group** writes the required items of [`LieGroup`] and is proved by one line of [`laws`].
 //!
 //! ```
@@ -34,6 +34,7 @@
 #![allow(clippy::type_complexity)] // A value and one Jacobian per argument; naming each tuple would hide that.
 
 mod action;
+pub mod bch;
 mod bundle;
 pub mod distance;
 mod error;
@@ -55,6 +56,7 @@ pub mod sphere;
 mod stumpff;
 
 pub use action::{Action, PointJac};
+pub use bch::{Bch, BchOrder};
 pub use bundle::Block;
 pub use distance::Distance;
 pub use error::LieError;

@@ -23,6 +23,34 @@
 use super::{Jacobian, LieGroup, Real, Tangent};
 use nalgebra::SMatrix;
 
+/// The Hessian of ½τᵀΩτ, τ = Log X, by a local perturbation X·Exp u: D×D, symmetric, the Ω given as `information`.
+///
+/// ```text
+/// H = J⁻ᵀΩJ⁻¹ + ½(K + Kᵀ),  K_jk = (Ωτ)·D J_r⁻¹(τ)[J⁻¹e_k]·e_j,  J⁻¹ = J_r⁻¹(τ)
+/// ```
+/// Gauss–Newton keeps the first term. With X = Z⁻¹Y it is the Hessian of a squared distance between Z and Y by Y; by Z, that of −τ.
+/// On SO(3) with Ω = I its eigenvalues are 1 along τ and (θ/2)·cot(θ/2) across, which is 0 at θ = π: no squared distance is convex
+/// beyond.
+///
+/// ```
+/// use boxplus::lie::{SO3, second_order};
+/// use nalgebra::{Matrix3, Vector3};
+/// let hessian = second_order::squared_norm_hessian::<SO3, 3>(&Vector3::new(0.0, 0.0, 2.0), &Matrix3::identity());
+/// assert!((hessian - Matrix3::from_diagonal(&Vector3::new(1.0 / 1.0_f64.tan(), 1.0 / 1.0_f64.tan(), 1.0))).amax() < 1e-15);
+/// ```
+pub fn squared_norm_hessian<G: LieGroup<D>, const D: usize>(
+    tau: &Tangent<G::Scalar, D>,
+    information: &Jacobian<G::Scalar, D>,
+) -> Jacobian<G::Scalar, D> {
+    let (inverse, force) = (G::right_jacobian_inverse(tau), information * tau);
+    let mut bend = Jacobian::<G::Scalar, D>::zeros();
+    for k in 0..D {
+        let direction = inverse.column(k).into_owned();
+        bend.set_column(k, &G::right_jacobian_inverse_derivative(tau, &direction).tr_mul(&force));
+    }
+    inverse.tr_mul(&(information * inverse)) + (bend + bend.transpose()) * G::Scalar::lit(0.5)
+}
+
 /// Terms of the series for |ad| ≤ ½: ½¹⁶/17! < 5·10⁻²⁰.
 const TERMS: usize = 16;
 

@@ -341,6 +341,10 @@ impl<S: Real> LieGroup<3> for SO3<S> {
         polynomial(phi, S::lit(0.5), Stumpff::new(phi.norm_squared()).d())
     }
     #[inline]
+    fn right_jacobian_derivative(phi: &Vector3<S>, delta: &Vector3<S>) -> Matrix3<S> {
+        super::second::so3(phi, delta)
+    }
+    #[inline]
     fn log_jacs(&self) -> (Vector3<S>, Matrix3<S>, Matrix3<S>) {
         let phi = self.log();
         let right = Self::right_jacobian_inverse(&phi);
