@@ -37,6 +37,8 @@ mod action;
 pub mod bch;
 mod bundle;
 pub mod distance;
+#[cfg(feature = "autodiff")]
+mod dual;
 mod error;
 mod groups;
 pub mod laws;

@@ -281,7 +281,7 @@ fn log_factor<S: Real>(n2: S, w: S) -> S {
         },
         || {
             let n = n2.simd_sqrt();
-            n.simd_atan2(w) * S::lit(2.0) / n
+            S::polar_angle(n, w) * S::lit(2.0) / n
         },
     )
 }
