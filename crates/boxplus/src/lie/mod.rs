@@ -17,6 +17,7 @@
 //! - **Rotations** go in and out as Euler angles, quaternions of any convention and more: [`rotation`]. Directions are [`S2`].
 //! - **Beyond the group laws**: [`distance`]s, the nearest element to a matrix (`project`), logarithms through many turns
 //!   ([`log_near`]), random elements (`sample`, feature `rand`).
+//! - **Averages**, weighted, robust, with their covariance: [`means`]. Second derivatives: [`second_order`]. Composition of tangents: [`bch`].
 //! - **Your own group** writes the required items of [`LieGroup`] and is proved by one line of [`laws`].
 //!
 //! ```
@@ -33,26 +34,33 @@
 #![allow(clippy::type_complexity)] // A value and one Jacobian per argument; naming each tuple would hide that.
 
 mod action;
+pub mod bch;
 mod bundle;
 pub mod distance;
+#[cfg(feature = "autodiff")]
+mod dual;
 mod error;
 mod groups;
 pub mod laws;
 mod left;
+mod linear;
 pub mod log_near;
 mod manifold;
+pub mod means;
 mod nearest;
 pub mod orders;
 mod real;
 pub mod rotation;
 #[cfg(feature = "rand")]
 pub mod sample;
+pub mod second_order;
 #[cfg(feature = "serde")]
 pub mod serialize;
 pub mod sphere;
 mod stumpff;
 
 pub use action::{Action, PointJac};
+pub use bch::{Bch, BchOrder};
 pub use bundle::Block;
 pub use distance::Distance;
 pub use error::LieError;
@@ -62,6 +70,7 @@ pub use groups::{PlainSlices, SliceError};
 pub use left::LeftJacobians;
 pub use log_near::LogNear;
 pub use manifold::Manifold;
+pub use means::{ChordalMean, Mean, Means, Weights};
 pub use orders::Order;
 pub use real::Real;
 pub use rotation::{EulerAngles, EulerSequence, GimbalLock, SwingTwist};
@@ -169,6 +178,24 @@ pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'st
     #[inline]
     fn adjoint_times(&self, tau: &Tangent<Self::Scalar, D>) -> Tangent<Self::Scalar, D> {
         self.adjoint() * tau
+    }
+
+    /// D J_r(τ)\[δ\], D×D: d/dt J_r(τ + tδ) at t = 0, linear in δ; the second derivative of Exp. See [`second_order`].
+    /// For single numbers where the group has no closed form.
+    fn right_jacobian_derivative(
+        tau: &Tangent<Self::Scalar, D>,
+        delta: &Tangent<Self::Scalar, D>,
+    ) -> Jacobian<Self::Scalar, D> {
+        second_order::left_jacobian_derivative::<Self, D>(&-tau, &-delta)
+    }
+    /// D J_r⁻¹(τ)\[δ\] = −J_r⁻¹·D J_r\[δ\]·J_r⁻¹, D×D; the second derivative of Log. Unbounded as θ → 2π.
+    #[inline]
+    fn right_jacobian_inverse_derivative(
+        tau: &Tangent<Self::Scalar, D>,
+        delta: &Tangent<Self::Scalar, D>,
+    ) -> Jacobian<Self::Scalar, D> {
+        let inverse = Self::right_jacobian_inverse(tau);
+        -(inverse * Self::right_jacobian_derivative(tau, delta) * inverse)
     }
     /// \[a, b\] = vee(a^·b^ − b^·a^) = ad_a·b.
     #[inline]

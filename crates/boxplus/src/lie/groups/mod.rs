@@ -11,6 +11,7 @@ mod s3;
 mod se2;
 mod se23;
 mod se3;
+mod second;
 mod sgal3;
 mod sim2;
 mod sim3;

@@ -79,7 +79,7 @@ impl<S: Real> SO2<S> {
 
     /// The angle in radians, in [−π, π].
     pub fn angle(&self) -> S {
-        self.sin().simd_atan2(self.cos())
+        S::polar_angle(self.sin(), self.cos())
     }
 
     /// cos θ.

@@ -291,7 +291,7 @@ fn log_factor<S: Real>(n2: S, w: S) -> S {
         },
         || {
             let n = n2.simd_sqrt();
-            n.simd_atan2(w) * S::lit(2.0) / n
+            S::polar_angle(n, w) * S::lit(2.0) / n
         },
     )
 }
@@ -353,6 +353,10 @@ impl<S: Real> LieGroup<3> for SO3<S> {
     #[inline]
     fn right_jacobian_inverse(phi: &Vector3<S>) -> Matrix3<S> {
         polynomial(phi, S::lit(0.5), Stumpff::new(phi.norm_squared()).d())
+    }
+    #[inline]
+    fn right_jacobian_derivative(phi: &Vector3<S>, delta: &Vector3<S>) -> Matrix3<S> {
+        super::second::so3(phi, delta)
     }
     #[inline]
     fn log_jacs(&self) -> (Vector3<S>, Matrix3<S>, Matrix3<S>) {
