@@ -20,6 +20,9 @@ pub enum Indefinite {
     Refuse,
     /// Raise the eigenvalues to at least 1e-9 of the largest, which must be positive.
     Clamp,
+    /// Weigh every direction of the translation alike, and every direction of the rotation, by the mean of its diagonal, which
+    /// must be positive.
+    Isotropic,
     /// Leave the measurement out.
     Skip,
 }
@@ -28,9 +31,9 @@ pub enum Indefinite {
 const CLAMP: f64 = 1e-9;
 
 /// The factor graph of a pose graph.
-pub(super) struct Problem {
-    pub(super) factors: Graph,
-    pub(super) values: Values,
+pub(in crate::pose_graph) struct Problem {
+    pub(in crate::pose_graph) factors: Graph,
+    pub(in crate::pose_graph) values: Values,
     keys: Keys,
     /// The factor of each measurement, in the order of [`PoseGraph::constraints`]; none where it was left out.
     pub(super) ids: Vec<Option<FactorId>>,
@@ -39,7 +42,10 @@ pub(super) struct Problem {
 }
 
 impl Problem {
-    pub(super) fn new(graph: &PoseGraph, settings: &SolveSettings) -> Result<Self, PoseGraphError> {
+    pub(in crate::pose_graph) fn new(
+        graph: &PoseGraph,
+        settings: &SolveSettings,
+    ) -> Result<Self, PoseGraphError> {
         let mut builder = Builder::new(graph, settings);
         builder.insert_vertices();
         if builder.values.is_empty() {
@@ -231,20 +237,20 @@ impl<'a> Builder<'a> {
         let graph = self.graph;
         for e in &graph.sightings2 {
             let keys = (self.keys.pose2(e.from)?, self.keys.point2(e.to)?);
-            self.add(keys, Sighting2 { measured: e.measured }, &e.information, e.line)?;
+            self.add(keys, Sighting2 { measured: e.measured }, (&e.information, 2), e.line)?;
         }
         for e in &graph.sightings3 {
             let keys = (self.keys.pose3(e.from)?, self.keys.point3(e.to)?);
             let factor = Sighting3 { measured: e.measured, pose_from_sensor: self.offset(e.offset)? };
-            self.add(keys, factor, &e.information, e.line)?;
+            self.add(keys, factor, (&e.information, 3), e.line)?;
         }
         for e in &graph.bearings2 {
             let keys = (self.keys.pose2(e.from)?, self.keys.point2(e.to)?);
-            self.add(keys, Bearing2::new(e.measured), &e.information, e.line)?;
+            self.add(keys, Bearing2::new(e.measured), (&e.information, 0), e.line)?;
         }
         for p in &graph.priors2 {
             let key = (self.keys.pose2(p.id)?,);
-            self.add(key, Prior { mean: p.measured }, &p.information, p.line)?;
+            self.add(key, Prior { mean: p.measured }, (&p.information, 2), p.line)?;
         }
         for p in &graph.priors3 {
             // The file measures the sensor, X·B ≈ Z; its error, seen from the body, is Ad_B times that of the body.
@@ -252,15 +258,15 @@ impl<'a> Builder<'a> {
             let mean = p.measured.compose(&body_from_sensor.inverse());
             let sensor_from_body = body_from_sensor.inverse().adjoint();
             let information = sensor_from_body.transpose() * p.information * sensor_from_body;
-            self.add(key, Prior { mean }, &symmetric(&information), p.line)?;
+            self.add(key, Prior { mean }, (&symmetric(&information), 3), p.line)?;
         }
         for p in &graph.point_priors2 {
             let key = (self.keys.point2(p.id)?,);
-            self.add(key, Prior { mean: Rn::new(p.measured) }, &p.information, p.line)?;
+            self.add(key, Prior { mean: Rn::new(p.measured) }, (&p.information, 2), p.line)?;
         }
         for p in &graph.point_priors3 {
             let key = (self.keys.point3(p.id)?,);
-            self.add(key, Prior { mean: Rn::new(p.measured) }, &p.information, p.line)?;
+            self.add(key, Prior { mean: Rn::new(p.measured) }, (&p.information, 3), p.line)?;
         }
         Some(())
     }
@@ -285,7 +291,7 @@ impl<'a> Builder<'a> {
         information: &SMatrix<f64, D, D>,
         line: Line,
     ) -> Option<()> {
-        let mut noise = self.noise(information, line).ok()?;
+        let mut noise = self.noise(information, translations::<D>(), line).ok()?;
         if let (ChartKind::SeSync, Some(full)) = (self.settings.chart, noise) {
             noise = Some(Noise::from_information(&isotropic_information(&full.information())?).ok()?);
         }
@@ -297,21 +303,22 @@ impl<'a> Builder<'a> {
         &mut self,
         keys: <F::Variables as Variables>::Keys,
         factor: F,
-        information: &SMatrix<f64, R, R>,
+        (information, split): (&SMatrix<f64, R, R>, usize),
         line: Line,
     ) -> Option<()> {
-        let noise = self.noise(information, line).ok()?;
+        let noise = self.noise(information, split, line).ok()?;
         self.push(keys, factor, noise);
         Some(())
     }
 
-    /// The noise of a measurement, mended as the settings say; `None` where it is to be left out.
+    /// The noise of a measurement whose first `split` coordinates are a translation, mended as the settings say; `None` where it is to be left out.
     ///
     /// # Errors
     /// What is beyond mending; it is kept for the report.
     fn noise<const R: usize>(
         &mut self,
         information: &SMatrix<f64, R, R>,
+        split: usize,
         line: Line,
     ) -> Result<Option<Noise<R>>, GraphError> {
         let error = match Noise::from_information(information) {
@@ -322,8 +329,8 @@ impl<'a> Builder<'a> {
         let mended = match self.settings.indefinite {
             Indefinite::Skip => return Ok(None),
             Indefinite::Refuse => None,
-            Indefinite::Clamp => {
-                clamped(information).and_then(|mended| Noise::from_information(&mended).ok())
+            policy => {
+                mend(information, split, policy).and_then(|mended| Noise::from_information(&mended).ok())
             }
         };
         mended.map(Some).ok_or_else(|| {
@@ -423,9 +430,42 @@ pub(in crate::pose_graph) fn usable_information<const D: usize>(
 ) -> Option<SMatrix<f64, D, D>> {
     match (Noise::from_information(information), policy) {
         (Ok(noise), _) => Some(noise.information()),
-        (Err(_), Indefinite::Clamp) => clamped(information),
-        (Err(_), _) => None,
+        (Err(_), policy) => mend(information, translations::<D>(), policy),
     }
+}
+
+/// How many coordinates of a pose's tangent of dimension D are its translation.
+const fn translations<const D: usize>() -> usize {
+    if D == 3 { 2 } else { 3 }
+}
+
+/// The information matrix that a policy makes of one that is not positive definite; its first `split` coordinates are a
+/// translation. `None` where it makes none.
+fn mend<const D: usize>(
+    information: &SMatrix<f64, D, D>,
+    split: usize,
+    policy: Indefinite,
+) -> Option<SMatrix<f64, D, D>> {
+    match policy {
+        Indefinite::Clamp => clamped(information),
+        Indefinite::Isotropic => isotropic(information, split),
+        Indefinite::Refuse | Indefinite::Skip => None,
+    }
+}
+
+/// The diagonal matrix with the mean of the first `split` diagonal entries, then with that of the others; `None` where one is
+/// not positive and finite.
+fn isotropic<const D: usize>(information: &SMatrix<f64, D, D>, split: usize) -> Option<SMatrix<f64, D, D>> {
+    let diagonal = information.diagonal();
+    let (translation, rotation) = diagonal.as_slice().split_at(split.min(D));
+    let mean = |block: &[f64]| block.iter().sum::<f64>() / block.len() as f64;
+    let (tau, kappa) = (mean(translation), mean(rotation));
+    let mended = SMatrix::<f64, D, D>::from_fn(|i, j| match i == j {
+        true if i < split => tau,
+        true => kappa,
+        false => 0.0,
+    });
+    mended.diagonal().iter().all(|x| *x > 0.0 && x.is_finite()).then_some(mended)
 }
 
 /// The nearest matrix whose eigenvalues are at least [`CLAMP`] of the largest; `None` where that is not finite.
