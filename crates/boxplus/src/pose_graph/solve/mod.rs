@@ -12,6 +12,7 @@
 //! ```
 
 mod costs;
+mod indefinite;
 pub(in crate::pose_graph) mod problem;
 mod robust;
 mod uncertainty;
@@ -21,8 +22,9 @@ use core::ops::ControlFlow;
 use core::str::FromStr;
 
 pub use costs::Costs;
-pub use problem::Indefinite;
-pub(in crate::pose_graph) use problem::{faults, usable_information};
+pub use indefinite::Indefinite;
+pub(in crate::pose_graph) use indefinite::usable_information;
+pub(in crate::pose_graph) use problem::faults;
 pub use uncertainty::PositionCovariance;
 
 use super::constraint::{Constraint, Kind};
