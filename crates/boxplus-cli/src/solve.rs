@@ -78,6 +78,7 @@ fn settings(method: &Method, global: &Global) -> SolveSettings {
         chart: method.chart.library(),
         initial: method.init.library(),
         kernel: method.robust.as_ref().map_or(Kernel::None, |robust| robust.kernel),
+        graduation: method.robust.as_ref().and_then(|robust| robust.graduation),
         fixed: method.fix.clone(),
         indefinite: method.indefinite.library(),
         options: SolveOptions {
