@@ -54,7 +54,7 @@ def _crate(package: str, binary: str) -> Callable[[bool], Library]:
     def build(native: bool) -> Library:
         target = HERE / ("target-native" if native else "target")
         flags = "-C target-cpu=native" if native else ""
-        cargo = ("cargo", "build", "--release", "--locked", "--target-dir", target)
+        cargo = ("cargo", "build", "--release", "--target-dir", target)
         _call(*cargo, "--features", package, "--bin", binary, RUSTFLAGS=flags)
         lock = (HERE / "Cargo.lock").read_text(encoding="utf-8")
         version = lock.rsplit(f'name = "{package}"\nversion = "', 1)[1].split('"', 1)[0]
@@ -100,7 +100,7 @@ def _described(source: Path) -> str:
     """The version a clone gives to its build."""
     if (source / "SOPHUS_VERSION").exists():
         return (source / "SOPHUS_VERSION").read_text(encoding="utf-8").strip()
-    stated = re.search(r"VERSION\s+(\d+\.\d+\.\d+)", (source / "CMakeLists.txt").read_text(encoding="utf-8"))
+    stated = re.search(r"project\([^)]*VERSION\s+([\d.]+)", (source / "CMakeLists.txt").read_text(encoding="utf-8"))
     return stated[1] if stated else "?"
 
 

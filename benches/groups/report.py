@@ -125,7 +125,33 @@ def speed_section(results: dict[str, Any]) -> str:
                 cells = (_against(results[part], f"{group}.{scalar}.{name}", figure) for group in GROUPS)
                 rows.append([_operation(name), *cells])
             parts += [f"**`{scalar}`, {unit}**", table(["", *GROUPS], rows)]
-    return "\n\n".join([*parts, misses(results)])
+    return "\n\n".join([*parts, *batches(results["speed"]), misses(results)])
+
+
+def batches(speed: Cells) -> list[str]:
+    """Nanoseconds per element of whole slices, beside the fastest peer's loop and jaxlie's batch."""
+    parts = []
+    for scalar in SCALARS:
+        rows = []
+        for operation in (*PLAIN, *JACOBIANS):
+            names = [f"{group}.{scalar}.{operation}" for group in GROUPS]
+            if any("boxplus" in speed.get(f"{name}_batch", {}) for name in names):
+                rows.append([_operation(operation), *(_batch(speed, name, scalar) for name in names)])
+        if rows:
+            parts += [_BATCH_HEAD.format(scalar=scalar), table(["", *GROUPS], rows)]
+    return parts
+
+
+def _batch(speed: Cells, name: str, scalar: str) -> str:
+    ours = _figure(speed.get(f"{name}_batch", {}).get("boxplus", {"least": []}), "least")
+    if not math.isfinite(ours):
+        return ""
+    texts = [f"{ours:.1f}"]
+    best = _fastest(speed.get(name, {}), "least", scalar)
+    jaxlie = _figure(speed.get(name, {}).get("jaxlie", {"least": []}), "least")
+    for value, key in ([best] if best else []) + [(jaxlie, "jaxlie")] * math.isfinite(jaxlie):
+        texts.append(f"{value / ours:.1f}× {key}")
+    return texts[0] if len(texts) == 1 else f"{texts[0]} ({', '.join(texts[1:])})"
 
 
 def _machine(results: dict[str, Any]) -> dict[str, str]:
@@ -151,7 +177,7 @@ def misses(results: dict[str, Any]) -> str:
     for name, cells in results["speed"].items():
         group, scalar, operation = name.split(".")
         best = {figure: _fastest(cells, figure, scalar) for figure in ("least", "instructions")}
-        if best["least"] is None or "boxplus" not in cells or operation.endswith("batch"):
+        if best["least"] is None or "boxplus" not in cells or operation.endswith("_batch"):
             continue
         compared += 1
         ours = {figure: _figure(cells["boxplus"], figure) for figure in best}
@@ -231,6 +257,9 @@ library's figures, and [`accuracy-peers.md`](accuracy-peers.md):
 ```sh
 benches/groups/run --docs docs
 ```"""
+
+_BATCH_HEAD = """**`{scalar}`, nanoseconds per element of a batch**, one call on 1024 elements, one thread,
+instructions chosen at run time. In brackets: the fastest peer's loop, and jaxlie's jit on 10⁵, as multiples."""
 
 _DETAIL_HEAD = """# Groups: every figure
 

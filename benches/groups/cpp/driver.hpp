@@ -3,19 +3,18 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
+#include <cstddef>
 #include <fstream>
-#include <functional>
+#include <initializer_list>
 #include <map>
-#include <optional>
 #include <string>
 #include <vector>
 
 using Row = std::vector<double>;
 
-constexpr std::size_t kCounted = 256;    // elements per count, as in src/lib.rs
 constexpr double kBudget = 4e6;          // nanoseconds for one operation in one process
 constexpr std::size_t kSweeps = 7;       // at least
 
@@ -114,15 +113,26 @@ struct Bench {
     } else if (driver.mode == "time") {
       time(cell_name, call);
     } else {
-      std::printf("%s %zu\n", cell_name.c_str(), kCounted);
-      sweep_counted(&call, [](void const* context) { sweep(*static_cast<Call const*>(context), kCounted); });
+      std::printf("%s %zu\n", cell_name.c_str(), a.size());
+      Sweep<Call> const whole{call, a.size()};
+      sweep_counted(&whole, [](void const* context) {
+        auto const& [call, rows] = *static_cast<Sweep<Call> const*>(context);
+        sweep(call, rows);
+      });
     }
   }
 
  private:
   template <typename Call>
+  struct Sweep {
+    Call const& call;
+    std::size_t rows;
+  };
+
+  template <typename Call>
   static void sweep(Call const& call, std::size_t rows) {
     for (std::size_t i = 0; i < rows; ++i) {
+      asm volatile("" : "+r"(i));  // as black_box does in Rust
       auto const result = call(i);
       keep(result);
     }

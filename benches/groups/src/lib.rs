@@ -9,8 +9,6 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Elements per sweep of a count: enough to drown the first call of each function.
-const COUNTED: usize = 256;
 /// How long one operation is measured in one process, and the sweeps it takes at least.
 const BUDGET: Duration = Duration::from_millis(4);
 const SWEEPS: usize = 7;
@@ -32,7 +30,7 @@ enum Mode {
     Eval(PathBuf),
     /// Prints the least and the median nanoseconds per call of every operation.
     Time,
-    /// Runs every operation once over `COUNTED` inputs inside a function that callgrind watches.
+    /// Runs every operation once over all inputs inside a function that callgrind watches.
     Count,
 }
 
@@ -99,33 +97,56 @@ impl Bench<'_> {
     /// # Panics
     /// If results cannot be written.
     pub fn cell<R>(&self, operation: &str, call: impl Fn(usize) -> R, flat: impl Fn(R) -> Vec<f64>) {
+        let results = || (0..self.a.len()).flat_map(|i| flat(call(i))).collect();
+        let sweep = |rows| {
+            for i in 0..rows {
+                black_box(&call(black_box(i))); // by reference: a Jacobian is not copied once more
+            }
+        };
+        self.run(operation, results, sweep);
+    }
+
+    /// One operation on all rows by one call, which fills a slice.
+    ///
+    /// # Panics
+    /// If results cannot be written.
+    pub fn batch<R: Clone>(&self, operation: &str, first: &R, call: impl Fn(&mut [R]), flat: impl Fn(R) -> Vec<f64>) {
+        let all = std::cell::RefCell::new(vec![first.clone(); self.a.len()]);
+        let fill = || call(&mut all.borrow_mut());
+        let results = || {
+            fill();
+            all.borrow().iter().cloned().flat_map(&flat).collect()
+        };
+        self.run(&format!("{operation}_batch"), results, |_| fill());
+    }
+
+    /// What the mode asks for, of an operation by its results and by a sweep over a number of rows.
+    fn run(&self, operation: &str, results: impl Fn() -> Vec<f64>, sweep: impl Fn(usize)) {
         let name = format!("{}.{}.{operation}", self.group, self.scalar);
         let rows = self.a.len();
         match &self.driver.mode {
             Mode::Eval(folder) => {
-                let bytes: Vec<u8> = (0..rows).flat_map(|i| flat(call(i))).flat_map(f64::to_le_bytes).collect();
+                let bytes: Vec<u8> = results().into_iter().flat_map(f64::to_le_bytes).collect();
                 fs::write(folder.join(name), bytes).expect("the folder of the results");
             }
             Mode::Time => {
-                let (least, median) = time(rows, &call);
+                let (least, median) = time(rows, || sweep(rows));
                 println!("{name} {least:.3} {median:.3}");
             }
             Mode::Count => {
-                println!("{name} {COUNTED}");
-                sweep_counted(&call);
+                println!("{name} {rows}");
+                sweep_counted(|| sweep(rows));
             }
         }
     }
 }
 
-/// The least and the median nanoseconds per call over sweeps of all rows.
-fn time<R>(rows: usize, call: &impl Fn(usize) -> R) -> (f64, f64) {
+/// The least and the median nanoseconds per row over sweeps.
+fn time(rows: usize, sweep: impl Fn()) -> (f64, f64) {
     let (begin, mut sweeps) = (Instant::now(), vec![]);
     while sweeps.len() < SWEEPS || begin.elapsed() < BUDGET {
         let start = Instant::now();
-        for i in 0..rows {
-            black_box(&call(black_box(i))); // by reference: a Jacobian is not copied once more
-        }
+        sweep();
         #[expect(clippy::cast_precision_loss)]
         sweeps.push(start.elapsed().as_secs_f64() * 1e9 / rows as f64);
     }
@@ -135,10 +156,9 @@ fn time<R>(rows: usize, call: &impl Fn(usize) -> R) -> (f64, f64) {
 
 /// What callgrind counts: it starts and dumps at this name.
 #[inline(never)]
-fn sweep_counted<R>(call: &impl Fn(usize) -> R) {
-    for i in 0..COUNTED {
-        black_box(&call(black_box(i)));
-    }
+fn sweep_counted(sweep: impl Fn()) {
+    sweep();
+    black_box(()); // no tail call: the function must be left
 }
 
 /// Where the coordinates of boxplus stand among those of a peer: ours k is theirs `self.0[k]`.
