@@ -26,17 +26,22 @@ Cells = dict[str, dict[str, Any]]  # by operation, by library
 
 
 def write(results: dict[str, Any], docs: Path | None) -> None:
-    """All tables, from every figure."""
-    accuracy, summary, speed = accuracy_document(results), speed_section(results), speed_document(results)
-    if docs is None:
-        print("\n\n".join((accuracy, summary, speed)))
-        return
-    (docs / "accuracy-peers.md").write_text(accuracy, encoding="utf-8")
-    (docs / "speed-peers.md").write_text(speed, encoding="utf-8")
-    benchmarks = docs / "benchmarks.md"
-    before, _, rest = benchmarks.read_text(encoding="utf-8").partition(BEGIN)
-    after = rest.partition(END)[2]
-    benchmarks.write_text(f"{before}{BEGIN}\n{summary}\n{END}{after}", encoding="utf-8")
+    """All tables, from every figure; of a part that was never measured, none."""
+    documents: dict[str, str] = {}
+    if "accuracy" in results:
+        documents["accuracy-peers.md"] = accuracy_document(results)
+    if "speed" in results:
+        documents["speed-peers.md"] = speed_document(results)
+        documents["benchmarks.md"] = speed_section(results)
+    for name, text in documents.items():
+        if docs is None:
+            print(f"{text}\n")
+        elif name == "benchmarks.md":
+            before, _, rest = (docs / name).read_text(encoding="utf-8").partition(BEGIN)
+            after = rest.partition(END)[2]
+            (docs / name).write_text(f"{before}{BEGIN}\n{text}\n{END}{after}", encoding="utf-8")
+        else:
+            (docs / name).write_text(text, encoding="utf-8")
 
 
 def table(header: list[str], rows: list[list[str]]) -> str:

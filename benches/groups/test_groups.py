@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 import pytest
 from gmpy2 import mpfr
 
+import report
 from accuracy import EPSILON, worst
 from harness import difference
 from inputs import GROUPS, SCALARS, Group, Rows, accuracy_rows, speed_rows
@@ -87,6 +89,26 @@ def test_a_result_that_is_no_number_is_the_worst(group: Group) -> None:
     broken = exact.copy()
     broken[1, -1] = np.nan
     assert worst(group, "exp", rows, broken, exact, "f64").error == np.inf
+
+
+def test_a_document_keeps_what_stands_around_the_section_that_is_written(tmp_path: Path) -> None:
+    cells = {"boxplus": (2.0, 0.0), "manif": (9.0, 0.0), "glam": (1.0, 1.0)}  # nanoseconds, difference to ours
+    figures = {k: {"differs": d, "least": [t], "median": [t], "instructions": t} for k, (t, d) in cells.items()}
+    machine = {"date": "2026-01-01", "cpu": "?"}
+    results = {
+        "speed": {"SE3.f64.exp": figures},
+        "versions": dict.fromkeys(cells, "1"),
+        "missing": {},
+        "machine": machine,
+    }
+    document = tmp_path / "benchmarks.md"
+    document.write_text(f"before\n{report.BEGIN}\nold\n{report.END}\nafter\n", encoding="utf-8")
+    for _ in range(2):
+        report.write(results, tmp_path)
+    text = document.read_text(encoding="utf-8")
+    assert text.startswith("before\n") and text.endswith("\nafter\n") and "old" not in text
+    assert "2.0 (4.5× manif)" in text  # a wrong result may be fast
+    assert "1.0 (1.0) / 1†" in (tmp_path / "speed-peers.md").read_text(encoding="utf-8")
 
 
 def test_both_signs_of_a_quaternion_are_one_rotation() -> None:
