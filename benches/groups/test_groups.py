@@ -102,11 +102,11 @@ def test_a_document_keeps_what_stands_around_the_section_that_is_written(tmp_pat
         "machine": machine,
     }
     document = tmp_path / "benchmarks.md"
-    document.write_text(f"before\n{report.BEGIN}\nold\n{report.END}\nafter\n", encoding="utf-8")
+    document.write_text(f"before\n{report.BEGIN}\nstale\n{report.END}\nafter\n", encoding="utf-8")
     for _ in range(2):
         report.write(results, tmp_path)
     text = document.read_text(encoding="utf-8")
-    assert text.startswith("before\n") and text.endswith("\nafter\n") and "old" not in text
+    assert text.startswith("before\n") and text.endswith("\nafter\n") and "stale" not in text
     assert "2.0 (4.5× manif)" in text  # a wrong result may be fast
     assert "1.0 (1.0) / 1†" in (tmp_path / "speed-peers.md").read_text(encoding="utf-8")
 
