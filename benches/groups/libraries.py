@@ -77,6 +77,7 @@ def _headers(name: str, driver: str, standard: str, *flags: str) -> Callable[[bo
         binary = BUILD / (f"{driver}_native" if native else driver)
         code = HERE / "cpp" / f"{driver}.cpp"
         paths = [f"-I{source / flag}" for flag in flags] + ["-I/usr/include/eigen3", f"-I{BUILD / 'include'}"]
+        binary.parent.mkdir(parents=True, exist_ok=True)
         if not binary.exists() or binary.stat().st_mtime < max(p.stat().st_mtime for p in code.parent.iterdir()):
             tuned = ("-march=native",) if native else ()
             # fmt is not needed for what Sophus prints when it aborts.
