@@ -20,6 +20,8 @@ mod so2;
 mod so3;
 
 pub use plain::Plain;
+#[cfg(feature = "serde")]
+pub(crate) use plain::every_plain;
 #[cfg(feature = "bytemuck")]
 pub use plain::{PlainSlices, SliceError};
 pub use r3xso3::R3xSO3;
