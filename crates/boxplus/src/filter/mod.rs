@@ -83,7 +83,6 @@ mod consistency;
 mod duals;
 mod ekf;
 mod error;
-mod linear;
 mod model;
 mod models;
 #[cfg(feature = "std")]

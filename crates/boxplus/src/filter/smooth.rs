@@ -1,9 +1,9 @@
 //! The past, seen with what came later.
 
-use super::linear::{divided, divided_by_transpose};
 use super::step::{Filter, Predicted, Update};
 use super::{FilterError, Measurement, Motion};
 use crate::lie::{Jacobian, LieGroup};
+use crate::uncertainty::linear::{right_divided, right_divided_by_transpose};
 use crate::uncertainty::{Covariance, Gaussian, Local, Side};
 use std::{vec, vec::Vec};
 
@@ -125,5 +125,5 @@ fn gain<G: LieGroup<D>, const D: usize, E: Side>(
     let l = predicted.belief.covariance().factor();
     // (C·L)·Lᵀ = PFᵀ.
     let cross = before.matrix() * predicted.transition.transpose();
-    divided(&divided_by_transpose(&cross, &l), &l)
+    right_divided(&right_divided_by_transpose(&cross, &l), &l)
 }

@@ -1,11 +1,11 @@
 //! The unscented filter on a manifold.
 
 use super::ekf::{checked, injected};
-use super::linear::divided;
 use super::model::{all_finite, is_finite};
 use super::step::{Filter, Gate, Innovation, Outcome, Predicted, Update};
 use super::{FilterError, Measurement, Motion};
 use crate::lie::{Jacobian, LieGroup, Real, Tangent};
+use crate::uncertainty::linear::right_divided;
 use crate::uncertainty::{Covariance, Gaussian, Side};
 use nalgebra::{SMatrix, SVector, SimdComplexField};
 
@@ -181,7 +181,7 @@ impl Filter for Ukf {
         let (_, linear, rest) = self.parts(&moved);
         let disturbance = rest + self.moments(&disturbed).1;
         // Half the difference of the images of ±(column of the spread) is F times that column.
-        let transition = divided(&((moved.plus - moved.minus) * G::Scalar::lit(0.5)), &spread);
+        let transition = right_divided(&((moved.plus - moved.minus) * G::Scalar::lit(0.5)), &spread);
         let belief = checked(Gaussian::new(next, linear + disturbance))?;
         Ok(Predicted { belief, transition, disturbance })
     }

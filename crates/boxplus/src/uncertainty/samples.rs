@@ -1,6 +1,8 @@
 //! From samples to a Gaussian and back.
 
 use super::{Covariance, Gaussian, Side, UncertaintyError};
+#[cfg(feature = "rand")]
+use crate::lie::sample::standard_normal;
 use crate::lie::{LieError, LieGroup, Means, Real, Weights};
 use nalgebra::SMatrix;
 
@@ -91,17 +93,4 @@ impl<G: LieGroup<D>, const D: usize, E: Side> Gaussian<G, D, E> {
         let (gaussian, factor) = (*self, self.covariance().factor());
         core::iter::repeat_with(move || gaussian.perturbed(&(factor * standard_normal(&mut rng))))
     }
-}
-
-/// Independent standard normal numbers. Box & Muller (1958), without rejection: a seed gives the same sequence everywhere
-/// that logarithm and cosine round alike.
-#[cfg(feature = "rand")]
-fn standard_normal<S: Real, const D: usize>(rng: &mut impl rand::Rng) -> crate::lie::Tangent<S, D> {
-    use nalgebra::SimdComplexField;
-    // 53 bits, in (0, 1).
-    let mut uniform = || ((rng.next_u64() >> 11) as f64 + 0.5) / (1_u64 << 53) as f64;
-    crate::lie::Tangent::from_fn(|_, _| {
-        let radius = (-2.0 * uniform().simd_ln()).simd_sqrt();
-        S::lit(radius * (core::f64::consts::TAU * uniform()).simd_cos())
-    })
 }
