@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use boxplus::graph::{Initial, Iteration, VariableName};
+use boxplus::pose_graph::certify::Certificate;
 use boxplus::pose_graph::solve::Misfit;
 use boxplus::pose_graph::{PoseGraph, Solved};
 use serde::Serialize;
@@ -50,8 +51,12 @@ pub struct SolveDocument {
     pub trace: Vec<Trial>,
     pub worst_edges: Vec<WorstEdge>,
     pub faults: Vec<FaultReport>,
+    /// With `--robust gnc-…`: the loop closures found to be false.
+    pub rejected_closures: Option<Vec<WorstEdge>>,
     /// Lines whose information matrix was mended, or that were left out: see `--indefinite`.
     pub mended: Vec<u32>,
+    /// With `--certify`: what is proved about the result.
+    pub certificate: Option<CertificateReport>,
     /// What nothing constrains, in words.
     pub unconstrained: Option<String>,
     pub outputs: Vec<String>,
@@ -139,6 +144,53 @@ pub struct WorstEdge {
     pub sigmas: f64,
 }
 
+/// Whether the result is the global optimum of SE-Sync's cost.
+#[derive(Debug, Serialize)]
+pub struct CertificateReport {
+    /// `optimal`, `not_optimal` or `undecided`.
+    pub verdict: &'static str,
+    /// SE-Sync's cost of the estimate that the proof is about.
+    pub cost: f64,
+    /// No estimate whatever costs less.
+    pub lower_bound: f64,
+    pub gap: f64,
+    /// Smallest eigenvalue of the dual matrix, or what it is at least.
+    pub eigenvalue: f64,
+    /// Minima that were left for lower ones.
+    pub escapes: usize,
+    /// The way down from the first of them.
+    pub descent: Option<DescentReport>,
+}
+
+#[derive(Debug, Serialize)]
+pub struct DescentReport {
+    /// SE-Sync's cost where it begins.
+    pub from_cost: f64,
+    /// Curvature of the cost along it, negative.
+    pub curvature: f64,
+    /// The vertices that turn most.
+    pub vertices: Vec<u64>,
+}
+
+impl CertificateReport {
+    fn new(certificate: &Certificate) -> Self {
+        let descent = certificate.descent.as_ref().map(|descent| DescentReport {
+            from_cost: certificate.given_cost,
+            curvature: descent.curvature,
+            vertices: descent.vertices.clone(),
+        });
+        Self {
+            verdict: certificate.verdict.name(),
+            cost: certificate.cost,
+            lower_bound: certificate.lower_bound,
+            gap: certificate.gap(),
+            eigenvalue: certificate.eigenvalue,
+            escapes: certificate.escapes,
+            descent,
+        }
+    }
+}
+
 impl SolveDocument {
     /// All there is to say. `total` counts seconds since the program began.
     pub fn new(loaded: &Loaded, method: &Method, solved: &Solved, total: f64) -> Self {
@@ -174,10 +226,21 @@ impl SolveDocument {
                 .collect(),
             worst_edges: solved.worst(DETAILED).iter().map(WorstEdge::new).collect(),
             faults: loaded.faults().iter().map(FaultReport::new).collect(),
+            rejected_closures: method
+                .robust
+                .as_ref()
+                .and_then(|robust| robust.graduation)
+                .map(|_| solved.rejected_closures().iter().map(WorstEdge::new).collect()),
             mended: solved.mended.iter().map(|line| line.0).collect(),
+            certificate: None,
             unconstrained: solved.unconstrained.as_ref().map(ToString::to_string),
             outputs: Vec::new(),
         }
+    }
+
+    /// Notes what is proved.
+    pub fn certified(&mut self, certificate: &Certificate) {
+        self.certificate = Some(CertificateReport::new(certificate));
     }
 
     /// Notes that a file was written.
@@ -246,7 +309,8 @@ impl Trial {
 }
 
 impl WorstEdge {
-    fn new(misfit: &Misfit) -> Self {
+    /// The measurement in the document.
+    pub fn new(misfit: &Misfit) -> Self {
         Self {
             kind: misfit.kind.to_string(),
             from: misfit.from,

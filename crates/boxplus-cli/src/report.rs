@@ -1,6 +1,6 @@
 //! What `solve` says: one readable screen.
 
-use crate::document::{Seconds, SolveDocument};
+use crate::document::{CertificateReport, DescentReport, Seconds, SolveDocument, WorstEdge};
 use crate::output::{DIM, GOOD, STRONG, WARN};
 use crate::text::{count, duration, grouped, significant};
 
@@ -14,11 +14,13 @@ impl SolveDocument {
     pub fn screen(&self, verbose: bool) -> String {
         let mut rows = vec![self.heading(), String::new(), self.cost_row()];
         rows.extend(self.charts());
+        rows.extend(self.certificate.iter().flat_map(CertificateReport::rows));
         rows.push(row("stopped", &self.stopped()));
         rows.push(row("start", &self.start()));
         rows.push(row("held", &self.held()));
         rows.push(row("time", &self.time()));
         rows.extend(self.fault_rows());
+        rows.extend(self.rejected(if verbose { usize::MAX } else { WORST }));
         rows.extend(self.mended());
         rows.extend(self.worst_rows(if verbose { self.worst_edges.len() } else { WORST }));
         if verbose {
@@ -124,15 +126,33 @@ impl SolveDocument {
     }
 
     fn worst_rows(&self, shown: usize) -> Vec<String> {
-        let rows = self.worst_edges.iter().take(shown).enumerate().map(|(i, edge)| {
-            let to = edge.to.map_or(String::new(), |to| format!(" → {to}"));
-            let line = edge.line.map_or(String::new(), |line| format!("   {DIM}line {line}{DIM:#}"));
-            let ends = format!("{}{to}", edge.from);
-            let chi2 = significant(edge.chi2, 4);
-            let sigmas = significant(edge.sigmas, 3);
-            row(if i == 0 { "worst" } else { "" }, &format!("{ends:<16} χ² {chi2:<10} {sigmas:>6} σ{line}"))
-        });
-        rows.collect()
+        let edges = self.worst_edges.iter().take(shown).enumerate();
+        edges.map(|(i, edge)| row(if i == 0 { "worst" } else { "" }, &edge.text())).collect()
+    }
+
+    /// The loop closures found to be false.
+    fn rejected(&self, shown: usize) -> Vec<String> {
+        let Some(rejected) = &self.rejected_closures else { return vec![] };
+        let told = match rejected.len() {
+            0 => format!(
+                "{GOOD}none{GOOD:#} of {}",
+                count(self.loop_closures, "loop closure", "loop closures")
+            ),
+            n => format!(
+                "{WARN}{}{WARN:#} of {} found false, and left out",
+                grouped(n),
+                count(self.loop_closures, "loop closure", "loop closures")
+            ),
+        };
+        let mut rows = vec![row("rejected", &told)];
+        rows.extend(rejected.iter().take(shown).map(|edge| row("", &edge.text())));
+        if rejected.len() > shown {
+            rows.push(row(
+                "",
+                &format!("{DIM}and {} more, with --verbose{DIM:#}", grouped(rejected.len() - shown)),
+            ));
+        }
+        rows
     }
 
     fn trace_rows(&self) -> Vec<String> {
@@ -155,6 +175,42 @@ impl SolveDocument {
             row("", &line)
         });
         [title].into_iter().chain(rows).collect()
+    }
+}
+
+impl CertificateReport {
+    fn rows(&self) -> Vec<String> {
+        let gap = significant(self.gap, 2);
+        let part = format!("{DIM}SE-Sync's cost {}{DIM:#}", significant(self.cost, DIGITS));
+        let verdict = match self.verdict {
+            "optimal" => format!("{GOOD}yes{GOOD:#}, no estimate is better by more than {gap}   {part}"),
+            _ => {
+                format!("{WARN}undecided{WARN:#}, another estimate could be better by at most {gap}   {part}")
+            }
+        };
+        let way = |descent: &DescentReport| {
+            let most: Vec<_> = descent.vertices.iter().map(ToString::to_string).collect();
+            let left = if self.escapes == 0 { "is not left" } else { "left" };
+            let text = format!(
+                "the minimum at {} {left}: curvature {}, vertices {} turn most",
+                significant(descent.from_cost, DIGITS),
+                significant(descent.curvature, 3),
+                most.join(", ")
+            );
+            row("", &text)
+        };
+        [row("optimum", &verdict)].into_iter().chain(self.descent.as_ref().map(way)).collect()
+    }
+}
+
+impl WorstEdge {
+    /// `0 → 7   χ² 12.1   2 σ   line 5`.
+    pub fn text(&self) -> String {
+        let to = self.to.map_or(String::new(), |to| format!(" → {to}"));
+        let line = self.line.map_or(String::new(), |line| format!("   {DIM}line {line}{DIM:#}"));
+        let ends = format!("{}{to}", self.from);
+        let (chi2, sigmas) = (significant(self.chi2, 4), significant(self.sigmas, 3));
+        format!("{ends:<16} χ² {chi2:<10} {sigmas:>6} σ{line}")
     }
 }
 

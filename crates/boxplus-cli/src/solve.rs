@@ -4,9 +4,10 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
 
-use boxplus::graph::{Kernel, SolveOptions, Termination};
+use boxplus::graph::{Initial, Kernel, SolveOptions, Termination};
+use boxplus::pose_graph::certify::{Certificate, CertifyError, certify_observed};
 use boxplus::pose_graph::solve::{Progress as Event, solve_observed};
-use boxplus::pose_graph::{SolveSettings, Solved};
+use boxplus::pose_graph::{PoseGraph, SolveSettings, Solved};
 
 use crate::args::{Global, Method, Solve};
 use crate::before_after;
@@ -31,9 +32,17 @@ pub fn run(options: &Solve, global: &Global, console: Console) -> Result<Outcome
 
     let loaded = input::load(&options.input, global, console)?;
     let settings = settings(&options.method, global);
-    let solved = optimise(&loaded, &settings, console)?;
+    let solved = optimise(&loaded.graph, &loaded, &settings, console)?;
+    let (solved, certificate) =
+        if options.method.certify && solved.report.termination != Termination::Interrupted {
+            let (solved, certificate) = certified(solved, &loaded, &settings, console)?;
+            (solved, Some(certificate))
+        } else {
+            (solved, None)
+        };
 
     let mut document = SolveDocument::new(&loaded, &options.method, &solved, started.elapsed().as_secs_f64());
+    certificate.iter().for_each(|certificate| document.certified(certificate));
     if !console.is_json() {
         console.say(&document.screen(console.is_verbose()))?;
     }
@@ -49,7 +58,9 @@ pub fn run(options: &Solve, global: &Global, console: Console) -> Result<Outcome
     if console.is_json() {
         output::document(&document)?;
     }
-    Ok(outcome(&solved, options.output.is_some(), console))
+    let stopped = solved.report.termination == Termination::Interrupted
+        || certificate.is_some_and(|certificate| certificate.stopped);
+    Ok(outcome(&solved, stopped, options.output.is_some(), console))
 }
 
 /// The format of the result, which must hold poses.
@@ -69,6 +80,7 @@ fn settings(method: &Method, global: &Global) -> SolveSettings {
         chart: method.chart.library(),
         initial: method.init.library(),
         kernel: method.robust.as_ref().map_or(Kernel::None, |robust| robust.kernel),
+        graduation: method.robust.as_ref().and_then(|robust| robust.graduation),
         fixed: method.fix.clone(),
         indefinite: method.indefinite.library(),
         options: SolveOptions {
@@ -83,7 +95,50 @@ fn settings(method: &Method, global: &Global) -> SolveSettings {
     }
 }
 
-fn optimise(loaded: &Loaded, settings: &SolveSettings, console: Console) -> Result<Solved, Error> {
+/// The proof; and where it finds better poses, the optimum next to them.
+fn certified(
+    solved: Solved,
+    loaded: &Loaded,
+    settings: &SolveSettings,
+    console: Console,
+) -> Result<(Solved, Certificate), Error> {
+    let progress = Progress::start(console, "proving that no other estimate is better");
+    let observe = &mut |cost: f64| {
+        progress.now(format!("proving that no other estimate is better, at cost {}", significant(cost, 6)));
+        if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let certificate = certify_observed(&solved.graph, settings, observe).map_err(|error| match error {
+        CertifyError::PoseGraph(error) => loaded.refusal(error),
+        error => Error::Usage {
+            message: format!("{}: {error}", loaded.name),
+            help: Some("leave out --certify to solve it without a proof".to_owned()),
+        },
+    })?;
+    drop(progress);
+    if certificate.escapes == 0 {
+        return Ok((solved, certificate));
+    }
+    let settings = SolveSettings { initial: Initial::AsGiven, ..settings.clone() };
+    let better = optimise(&certificate.graph, loaded, &settings, console)?;
+    // From the first estimate to the best one; what came between is in the certificate.
+    let solved = Solved {
+        graph: better.graph,
+        cost: better.cost,
+        costs: better.costs,
+        report: better.report,
+        chi2: better.chi2,
+        unconstrained: better.unconstrained,
+        ..solved
+    };
+    Ok((solved, certificate))
+}
+
+fn optimise(
+    graph: &PoseGraph,
+    loaded: &Loaded,
+    settings: &SolveSettings,
+    console: Console,
+) -> Result<Solved, Error> {
     let progress = Progress::start(console, "looking for a first estimate");
     let (mut steps, factor) = (0, settings.chart.factor());
     let observe = &mut |event: Event<'_>| {
@@ -98,11 +153,11 @@ fn optimise(loaded: &Loaded, settings: &SolveSettings, console: Console) -> Resu
         }
         if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    solve_observed(&loaded.graph, settings, observe).map_err(|error| loaded.refusal(error))
+    solve_observed(graph, settings, observe).map_err(|error| loaded.refusal(error))
 }
 
-fn outcome(solved: &Solved, saved: bool, console: Console) -> Outcome {
-    if solved.report.termination == Termination::Interrupted {
+fn outcome(solved: &Solved, stopped: bool, saved: bool, console: Console) -> Outcome {
+    if stopped {
         let kept = if saved {
             "the best poses so far are saved"
         } else {

@@ -71,6 +71,46 @@ fn the_json_of_solve_has_every_promised_field() {
     assert!(run.stderr.contains("wrote out.g2o"), "{}", run.stderr);
 }
 
+/// A ring of 20 poses whose vertices turn twice where the measurements turn once.
+fn twisted_ring() -> String {
+    let turn = std::f64::consts::TAU / 20.0;
+    let vertex = |i: usize| format!("VERTEX_SE2 {i} 0 0 {}\n", 2.0 * turn * i as f64);
+    let edge = |i: usize| format!("EDGE_SE2 {i} {} 0 0 {turn} 1 0 0 1 0 1\n", (i + 1) % 20);
+    (0..20).map(vertex).chain((0..20).map(edge)).collect()
+}
+
+#[test]
+fn certify_proves_an_optimum_and_leaves_a_local_minimum() {
+    let folder = square().with("ring.g2o", twisted_ring());
+    let proved = folder.boxplus("solve map.g2o --certify --json").json();
+    assert_eq!(proved["certificate"]["verdict"], "optimal", "{proved}");
+    assert_eq!(proved["certificate"]["descent"], serde_json::Value::Null);
+    let stuck = folder.boxplus("solve ring.g2o --init file --json").json();
+    assert!(stuck["cost"].as_f64().unwrap() > 0.9 && stuck["certificate"].is_null(), "{stuck}");
+    let run = folder.boxplus("solve ring.g2o --init file --certify --json -o out.g2o");
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let freed = run.json();
+    assert_eq!(freed["certificate"]["escapes"], 1, "{freed}");
+    assert!(
+        freed["cost"].as_f64().unwrap() < 1e-20 && freed["initial_cost"].as_f64().unwrap() > 0.9,
+        "{freed}"
+    );
+    let screen = folder.boxplus("solve ring.g2o --init file --certify");
+    assert!(
+        screen.stdout.contains("optimum   yes") && screen.stdout.contains("turn most"),
+        "{}",
+        screen.stdout
+    );
+}
+
+#[test]
+fn certify_refuses_what_its_proof_does_not_cover() {
+    let folder = square();
+    let run = folder.boxplus("solve demo:landmarks --size 60 --certify");
+    assert!(run.code == 2 && run.stderr.contains("EDGE_SE2_XY"), "{}", run.stderr);
+    assert_eq!(folder.boxplus("solve map.g2o --certify --robust huber").code, 2);
+}
+
 #[test]
 fn the_solved_file_starts_at_the_optimum() {
     let folder = square();
@@ -160,6 +200,33 @@ fn gzip_comes_in_and_goes_out() {
 }
 
 #[test]
+fn diagnose_names_what_floats_and_what_fits() {
+    let run = square().boxplus("diagnose map.g2o");
+    assert_eq!(run.code, 0);
+    settings().bind(|| insta::assert_snapshot!(run.transcript()));
+}
+
+#[test]
+fn diagnose_names_false_loop_closures_and_solve_leaves_them_out() {
+    let folder = Folder::new();
+    let run = folder.boxplus("diagnose demo:manhattan --size 300 --outliers 0.1 --seed 1 --json");
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let named: usize = run.json()["fit"]["contradicting"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|g| g.as_array().unwrap().len())
+        .sum();
+    assert!(named > 3);
+    let run =
+        folder.boxplus("solve demo:manhattan --size 300 --outliers 0.1 --seed 1 --robust gnc-tls --json");
+    assert_eq!(run.json()["rejected_closures"].as_array().unwrap().len(), named);
+    for bad in ["gnc-tls:0", "gnc-gm:x", "gnc"] {
+        assert_eq!(folder.boxplus(&format!("solve demo:sphere --robust {bad}")).code, 2, "{bad}");
+    }
+}
+
+#[test]
 fn info_counts_and_checks() {
     let folder = Folder::new()
         .with("map.g2o", format!("{SQUARE}FIX 0\nEDGE_SE2 3 0 1 0 1.57 100 0 0 100 0 400\nROBOT 7\n"));
@@ -217,6 +284,7 @@ fn every_verb_has_a_document_for_machines() {
     for (verb, arguments) in [
         ("solve", "map.g2o"),
         ("info", "map.g2o"),
+        ("diagnose", "map.g2o"),
         ("convert", "map.g2o out.graph"),
         ("simulate", "grid --size 30 -o grid.g2o --truth truth.g2o"),
         ("plot", "map.g2o -o map.svg"),
@@ -345,7 +413,7 @@ fn quiet_says_nothing_and_a_pipe_gets_no_colours() {
 
 #[test]
 fn help_has_examples_that_run() {
-    for verb in ["", "solve", "info", "convert", "simulate", "plot", "completions"] {
+    for verb in ["", "solve", "info", "diagnose", "convert", "simulate", "plot", "completions"] {
         let run = Folder::new().boxplus(&format!("{verb} --help"));
         assert_eq!((run.code, run.stderr.as_str()), (0, ""), "{verb}");
         assert!(run.stdout.contains("Examples:"), "{verb}");

@@ -5,6 +5,9 @@
 //! | module | what | feature |
 //! |---|---|---|
 //! | [`lie`] | groups: Exp, Log, ⊞, ⊟, adjoints, every Jacobian on both sides | always, `no_std` |
+//! | [`uncertainty`] | uncertain elements: compose, relate, fuse, transform, judge; to fourth order, on both sides | always, `no_std` |
+//! | [`trajectory`] | curves, splines, kinematics, integrators, noise over time, inertial sensors | always, `no_std` |
+//! | [`filter`] | filters: one belief carried through motions and measurements, and whether it can be believed | always, `no_std` (`rand`: Monte Carlo) |
 //! | `graph` | factor graphs: the estimate that fits all measurements best, and how sure it is | `solve` (`parallel`: on all cores) |
 //! | `pose_graph` | pose graphs as data: statistics, faults, simulators, and their optimum | `io` (and `solve`) |
 //! | `io` | g2o, TORO and iSAM files | `io` |
@@ -12,6 +15,7 @@
 
 pub use nalgebra;
 
+pub mod filter;
 #[cfg(feature = "solve")]
 pub mod graph;
 #[cfg(feature = "io")]
@@ -23,6 +27,8 @@ mod partition;
 pub mod pose_graph;
 #[cfg(all(test, feature = "solve", feature = "io"))]
 mod public_graphs;
+pub mod trajectory;
+pub mod uncertainty;
 
 /// The README's example is a test.
 #[cfg(all(doctest, feature = "solve"))]

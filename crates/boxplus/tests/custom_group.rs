@@ -2,6 +2,7 @@
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use boxplus::lie::{Action, LieGroup, Manifold, Real, laws};
+use boxplus::uncertainty::{Gaussian, Order};
 use nalgebra::{Matrix1, Matrix1x2, Matrix2, Vector1, Vector2};
 
 /// The affine maps x ↦ s·x + b of the line with s > 0: scale and offset of a sensor. Tangent (ρ, σ), matrix \[s b; 0 1\].
@@ -103,6 +104,22 @@ fn a_users_group_passes_the_laws_in_f32() {
 #[test]
 fn a_users_action_passes_the_laws_in_one_line() {
     laws::check_action::<Affine, 2, 1>().unwrap();
+}
+
+#[test]
+fn a_users_group_carries_uncertainty() {
+    let x = Affine { scale: 2.0, offset: 1.0 };
+    let gaussian = Gaussian::<Affine, 2>::from_sigmas(x, &Vector2::new(0.1, 0.05)).unwrap();
+    let (p, j) = (Vector1::new(3.0), x.act_jac(&Vector1::new(3.0)).1);
+    let seen = gaussian.act(&p, Order::First);
+    let expected = j * gaussian.covariance().matrix() * j.transpose();
+    assert!((seen.covariance().matrix() - expected).amax() < 1e-15);
+    let back = gaussian.to_global().inverse().inverse().to_local();
+    assert!((back.covariance().matrix() - gaussian.covariance().matrix()).amax() < 1e-16);
+    assert!(
+        gaussian.compose(&gaussian.inverse(), Order::Fourth).mean().log().amax() < 1e-4,
+        "the shift of E[ξ]"
+    );
 }
 
 /// The same group with one wrong item, chosen by `FAULT`.

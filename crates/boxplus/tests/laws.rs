@@ -1,7 +1,7 @@
 //! Every group passes the public law suite in `f64` and `f32`: one line each.
 #![allow(missing_docs, clippy::unwrap_used)]
 
-use boxplus::lie::{LieGroup, Rn, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3, laws};
+use boxplus::lie::{LieGroup, Rn, RxSO2, RxSO3, S3, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3, laws};
 
 macro_rules! laws {
     ($($name:ident: $group:ty, $d:literal, $n:literal;)*) => { $(
@@ -36,6 +36,16 @@ laws! {
     sgal3: SGal3, 10, 4;
     sim3: Sim3, 7, 3;
     sim2: Sim2, 4, 2;
+    s3: S3, 3, 3;
+    rxso3: RxSO3, 4, 3;
+    rxso2: RxSO2, 2, 2;
+}
+
+#[test]
+fn unit_quaternions_are_a_group_beyond_half_a_turn() {
+    laws::check_group_within::<S3, 3>(5.0).unwrap();
+    laws::check_group_within::<S3<f32>, 3>(5.0).unwrap();
+    assert!(laws::check_group_within::<SO3, 3>(5.0).is_err(), "rotations are not");
 }
 
 /// Dual numbers through every operation: their derivatives are the closed-form Jacobians, without NaN at the identity,
@@ -43,6 +53,7 @@ laws! {
 #[cfg(feature = "autodiff")]
 mod dual_numbers {
     use super::*;
+    use boxplus::lie::R3xSO3;
     use nalgebra::{Const, Matrix3, SMatrix, SVector, Vector3};
     use num_dual::DualSVec64;
     use std::f64::consts::PI;
@@ -140,12 +151,16 @@ mod dual_numbers {
         group::<SE2, 3>((2, 1));
         group::<SO3, 3>((0, 3));
         group::<SE3, 6>((3, 3));
+        group::<R3xSO3, 6>((3, 3));
         group::<SE23, 9>((3, 3));
         group::<SGal3, 10>((3, 3));
         group::<Sim3, 7>((3, 3));
         group::<Sim3, 7>((3, 4)); // σ vanishes with θ
         group::<Sim2, 4>((2, 1));
         group::<Sim2, 4>((2, 2));
+        group::<S3, 3>((0, 3));
+        group::<RxSO3, 4>((0, 3));
+        group::<RxSO2, 2>((0, 1));
     }
 
     #[test]

@@ -5,7 +5,9 @@ use core::fmt::Debug;
 use nalgebra::{SMatrix, SVector};
 use num_dual::{Derivative, DualSVec64};
 
-use crate::lie::{LieGroup, Real, Rn, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
+use crate::lie::{
+    LieGroup, R3xSO3, Real, Rn, RxSO2, RxSO3, S2, S3, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3,
+};
 
 /// A variable of the graph: a point of a manifold with tangent space ℝᴰ, moved by X ⊞ δ on the local side.
 ///
@@ -181,9 +183,14 @@ variable!(pose SO2, SO2<S>, 1, "SO2", &["yaw"]);
 variable!(pose SE2, SE2<S>, 3, "SE2", &["x", "y", "yaw"]);
 variable!(pose SO3, SO3<S>, 3, "SO3", &["rotation about x", "rotation about y", "rotation about z"]);
 variable!(pose SE3, SE3<S>, 6, "SE3", &["x", "y", "z", "rotation about x", "rotation about y", "rotation about z"]);
+variable!(pose R3xSO3, R3xSO3<S>, 6, "R3xSO3", &["x", "y", "z", "rotation about x", "rotation about y", "rotation about z"]);
 variable!(pose SE23, SE23<S>, 9, "SE2(3)", &["x", "y", "z", "rotation about x", "rotation about y", "rotation about z", "velocity along x", "velocity along y", "velocity along z"]);
 variable!(pose SGal3, SGal3<S>, 10, "SGal(3)", &["x", "y", "z", "rotation about x", "rotation about y", "rotation about z", "velocity along x", "velocity along y", "velocity along z", "time"]);
 variable!(pose Sim3, Sim3<S>, 7, "Sim3", &["x", "y", "z", "rotation about x", "rotation about y", "rotation about z", "log scale"]);
+variable!(pose RxSO3, RxSO3<S>, 4, "RxSO3", &["rotation about x", "rotation about y", "rotation about z", "log scale"]);
+variable!(pose RxSO2, RxSO2<S>, 2, "RxSO2", &["yaw", "log scale"]);
+variable!(pose S3, S3<S>, 3, "S3", &["rotation about x", "rotation about y", "rotation about z"]);
+variable!(S2, S2<S>, 2, "S2", &["along the first basis vector", "along the second basis vector"]);
 variable!(pose Sim2, Sim2<S>, 4, "Sim2", &["x", "y", "yaw", "log scale"]);
 
 impl<const N: usize> Located<N> for Rn<N> {
@@ -213,6 +220,17 @@ impl Located<3> for SE3 {
     fn position_jac(&self) -> (SVector<f64, 3>, SMatrix<f64, 3, 6>) {
         let mut jacobian = SMatrix::<f64, 3, 6>::zeros();
         jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&self.rotation().to_matrix());
+        (self.translation(), jacobian)
+    }
+}
+
+impl Located<3> for R3xSO3 {
+    fn position<S: Real>(x: &R3xSO3<S>) -> SVector<S, 3> {
+        x.translation()
+    }
+    fn position_jac(&self) -> (SVector<f64, 3>, SMatrix<f64, 3, 6>) {
+        let mut jacobian = SMatrix::<f64, 3, 6>::zeros();
+        Self::BLOCKS.translation.set_columns(&mut jacobian, &SMatrix::identity());
         (self.translation(), jacobian)
     }
 }

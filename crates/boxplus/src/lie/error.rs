@@ -1,6 +1,6 @@
-//! What can be wrong with numbers that should become a group element.
+//! What can be wrong with numbers that should become a group element, and with elements that should have a mean.
 
-/// Why numbers do not determine an element of a group.
+/// Why numbers, or elements, do not determine an element of a group.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LieError {
@@ -36,4 +36,93 @@ pub enum LieError {
     /// The last row of a homogeneous matrix is not (0, …, 0, 1).
     #[error("the last row of the matrix must be (0, …, 0, 1); was it transposed?")]
     NotHomogeneous,
+    /// The name is none of the 24 Euler sequences.
+    #[error(
+        "an Euler sequence is three of x, y, z, no two alike in a row: `ZYX` about the moving axes, `zyx` about the fixed ones"
+    )]
+    NotASequence,
+    /// The first and the third Euler angle turn about one axis, so that only their sum or difference is determined.
+    #[error(
+        "gimbal lock: the middle angle is {margin:.1e} rad from where the first and the third axis coincide; take another sequence"
+    )]
+    GimbalLock {
+        /// Distance of the middle angle from the lock, in radians.
+        margin: f64,
+    },
+    /// A half turn, whose Gibbs vector is infinite.
+    #[error("a rotation by π has no Gibbs vector; modified Rodrigues parameters reach up to 2π")]
+    HalfTurn,
+    /// The identity, whose shadow parameters are infinite.
+    #[error("the identity has no shadow parameters; its modified Rodrigues parameters are 0")]
+    NoShadow,
+    /// Two directions that should span a plane lie on one line.
+    #[error("the directions are parallel (sine of their angle {sine:.1e}); they must span a plane")]
+    Parallel {
+        /// |a × b|/(|a|·|b|).
+        sine: f64,
+    },
+    /// A rotation that turns the axis over, whose twist about that axis can be anything.
+    #[error("the rotation turns the axis over; its twist about the axis is undetermined")]
+    AxisReversed,
+    /// A whole number of turns, where a translation has no logarithm.
+    #[error(
+        "after whole turns the rotation is the identity and a translation has no logarithm there; take `log`"
+    )]
+    WholeTurns,
+    /// Not a covariance: asymmetric, or negative along some direction.
+    #[error("not a covariance: {deviation:.1e} of its largest entry contradicts symmetry or definiteness")]
+    NotACovariance {
+        /// Relative size of what is wrong.
+        deviation: f64,
+    },
+    /// Stored numbers whose quaternion or (cos, sin) is not of unit norm.
+    #[error(
+        "the rotation is not of unit norm: |q|² differs from 1 by {deviation:.1e}; normalise it, or check the order of the numbers"
+    )]
+    NotUnit {
+        /// ||q|² − 1|.
+        deviation: f64,
+    },
+    /// A mean of nothing.
+    #[error("no elements, no mean")]
+    NoElements,
+    /// Not one weight per element.
+    #[error("{weights} weights for {elements} elements; each needs one")]
+    WeightCount {
+        /// How many elements were given.
+        elements: usize,
+        /// How many weights.
+        weights: usize,
+    },
+    /// A weight that is negative, NaN or infinite.
+    #[error("a weight must be finite and at least 0, but that of element {index} is {weight}")]
+    NotAWeight {
+        /// The element, from 0.
+        index: usize,
+        /// Its weight.
+        weight: f64,
+    },
+    /// All weights are zero.
+    #[error("all weights are zero; some element must count")]
+    NoWeight,
+    /// Elements so far apart that several means, or none, are as good.
+    #[error(
+        "too dispersed for one mean: element {index} is {reach:.2} of the way to the cut locus, and 0.50 is the bound (rotations: 90°); if some elements are outliers, take `median`"
+    )]
+    TooDispersed {
+        /// The element furthest on its way from the centre to where Log jumps.
+        index: usize,
+        /// How far on that way, from 0 to 1; on rotations θ/π.
+        reach: f64,
+    },
+    /// An iteration did not settle.
+    #[error(
+        "not settled after {iterations} iterations (last step {step:.1e}); the elements are too far apart"
+    )]
+    NotConverged {
+        /// How many were made.
+        iterations: usize,
+        /// Length of the last step.
+        step: f64,
+    },
 }

@@ -138,6 +138,18 @@ pub trait LeftJacobians<const D: usize>: LieGroup<D> {
     ) -> SMatrix<Self::Scalar, D, N> {
         self.inverse().adjoint() * left
     }
+    /// The covariance of X = `self` perturbed on the left, from that of X perturbed on the right: Ad_X·Σ·Ad_Xᵀ, D×D.
+    /// Exact, Solà et al. (2018) (54).
+    #[inline]
+    fn covariance_to_left(&self, right: &Jacobian<Self::Scalar, D>) -> Jacobian<Self::Scalar, D> {
+        let ad = self.adjoint();
+        ad * right * ad.transpose()
+    }
+    /// Inverse of [`LeftJacobians::covariance_to_left`]: Ad_X⁻¹·Σ·Ad_X⁻ᵀ, D×D.
+    #[inline]
+    fn covariance_to_right(&self, left: &Jacobian<Self::Scalar, D>) -> Jacobian<Self::Scalar, D> {
+        self.inverse().covariance_to_left(left)
+    }
 }
 
 impl<G: LieGroup<D>, const D: usize> LeftJacobians<D> for G {}

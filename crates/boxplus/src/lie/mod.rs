@@ -14,6 +14,10 @@
 //! - **Frames.** An element maps local to parent coordinates, `p_world = world_from_body * p_body`.
 //! - **Accuracy.** Every map and Jacobian is within a few ε for every θ, in `f32` and `f64`: `docs/accuracy.md` states the
 //!   bounds, `tests/reference` holds them.
+//! - **Rotations** go in and out as Euler angles, quaternions of any convention and more: [`rotation`]. Directions are [`S2`].
+//! - **Beyond the group laws**: [`distance`]s, the nearest element to a matrix (`project`), logarithms through many turns
+//!   ([`log_near`]), random elements (`sample`, feature `rand`).
+//! - **Averages**, weighted, robust, with their covariance: [`means`]. Second derivatives: [`second_order`]. Composition of tangents: [`bch`].
 //! - **Your own group** writes the required items of [`LieGroup`] and is proved by one line of [`laws`].
 //!
 //! ```
@@ -30,20 +34,49 @@
 #![allow(clippy::type_complexity)] // A value and one Jacobian per argument; naming each tuple would hide that.
 
 mod action;
+pub mod bch;
+mod bundle;
+pub mod distance;
+#[cfg(feature = "autodiff")]
+mod dual;
 mod error;
 mod groups;
 pub mod laws;
 mod left;
+mod linear;
+pub mod log_near;
 mod manifold;
+pub mod means;
+mod nearest;
+pub mod orders;
 mod real;
+pub mod rotation;
+#[cfg(feature = "rand")]
+pub mod sample;
+pub mod second_order;
+#[cfg(feature = "serde")]
+pub mod serialize;
+pub mod sphere;
 mod stumpff;
 
 pub use action::{Action, PointJac};
+pub use bch::{Bch, BchOrder};
+pub use bundle::Block;
+pub use distance::Distance;
 pub use error::LieError;
-pub use groups::{Rn, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
+pub use groups::{Plain, R3xSO3, Rn, RxSO2, RxSO3, S1, S3, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
+#[cfg(feature = "bytemuck")]
+pub use groups::{PlainSlices, SliceError};
 pub use left::LeftJacobians;
+pub use log_near::LogNear;
 pub use manifold::Manifold;
+pub use means::{ChordalMean, Mean, Means, Weights};
+pub use orders::Order;
 pub use real::Real;
+pub use rotation::{EulerAngles, EulerSequence, GimbalLock, SwingTwist};
+#[cfg(feature = "rand")]
+pub use sample::TangentSampler;
+pub use sphere::S2;
 pub use stumpff::Stumpff;
 
 use core::fmt::Debug;
@@ -58,6 +91,10 @@ pub type Jacobian<S, const D: usize> = SMatrix<S, D, D>;
 ///
 /// Operations ending in `_jac` return the value, then one right (local) Jacobian per argument, D×D, in the order of the
 /// arguments; [`LeftJacobians`] has the same on the left.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a Lie group of dimension {D}",
+    note = "the dimension is that of the tangent space: 3 for SE(2) and SO(3), 6 for SE(3), N for Rn<N>"
+)]
 pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'static {
     /// The scalar the coordinates are written in.
     type Scalar: Real;
@@ -137,10 +174,55 @@ pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'st
     fn left_jacobian_inverse(tau: &Tangent<Self::Scalar, D>) -> Jacobian<Self::Scalar, D> {
         Self::right_jacobian_inverse(&-tau)
     }
+    /// Ad_X·τ, without the matrix where that is cheaper: the local step τ, seen from the global frame.
+    #[inline]
+    fn adjoint_times(&self, tau: &Tangent<Self::Scalar, D>) -> Tangent<Self::Scalar, D> {
+        self.adjoint() * tau
+    }
+
+    /// D J_r(τ)\[δ\], D×D: d/dt J_r(τ + tδ) at t = 0, linear in δ; the second derivative of Exp. See [`second_order`].
+    /// For single numbers where the group has no closed form.
+    fn right_jacobian_derivative(
+        tau: &Tangent<Self::Scalar, D>,
+        delta: &Tangent<Self::Scalar, D>,
+    ) -> Jacobian<Self::Scalar, D> {
+        second_order::left_jacobian_derivative::<Self, D>(&-tau, &-delta)
+    }
+    /// D J_r⁻¹(τ)\[δ\] = −J_r⁻¹·D J_r\[δ\]·J_r⁻¹, D×D; the second derivative of Log. Unbounded as θ → 2π.
+    #[inline]
+    fn right_jacobian_inverse_derivative(
+        tau: &Tangent<Self::Scalar, D>,
+        delta: &Tangent<Self::Scalar, D>,
+    ) -> Jacobian<Self::Scalar, D> {
+        let inverse = Self::right_jacobian_inverse(tau);
+        -(inverse * Self::right_jacobian_derivative(tau, delta) * inverse)
+    }
     /// \[a, b\] = vee(a^·b^ − b^·a^) = ad_a·b.
     #[inline]
     fn bracket(a: &Tangent<Self::Scalar, D>, b: &Tangent<Self::Scalar, D>) -> Tangent<Self::Scalar, D> {
         Self::small_adjoint(a) * b
+    }
+
+    /// Whether no coordinate of X ⊖ Y exceeds `tolerance`, with X = `self`, Y = `other`: equal in the sense of the group, q and −q
+    /// being one rotation. Metres and radians are held to the same number; false where anything is NaN.
+    ///
+    /// ```
+    /// use boxplus::lie::{LieGroup, SO3};
+    /// let x = SO3::from_xyzw([0.1, 0.2, 0.3, 0.9])?;
+    /// let negated = SO3::from_xyzw([-0.1, -0.2, -0.3, -0.9])?;
+    /// assert!(x.is_near(&negated, 1e-15));
+    /// # Ok::<(), boxplus::lie::LieError>(())
+    /// ```
+    fn is_near(&self, other: &Self, tolerance: f64) -> bool {
+        self.rminus(other).iter().all(|x| x.value().abs() <= tolerance)
+    }
+    /// The basis Eᵢ = eᵢ^ of the algebra: τ^ = Σ τᵢEᵢ. Solà et al. (2018) (10).
+    fn generators() -> [Self::Algebra; D] {
+        core::array::from_fn(|i| {
+            let mut e = Tangent::<Self::Scalar, D>::zeros();
+            e[i] = Self::Scalar::lit(1.0);
+            Self::hat(&e)
+        })
     }
 
     /// X⁻¹: `(value, −Ad_X)`. Solà et al. (2018) (62).

@@ -22,6 +22,13 @@ pub trait Real: SimdRealField<Element: SimdRealField> + Copy + Send + Sync + 'st
     fn choose<T>(condition: bool, yes: impl FnOnce() -> T, no: impl FnOnce() -> T) -> T {
         if condition { yes() } else { no() }
     }
+
+    /// The angle of the point (x, y), in \[−π, π\]. Derivatives of dual numbers are right on the axes, too, where atan(y/x) divides
+    /// by zero or cancels.
+    #[inline]
+    fn polar_angle(y: Self, x: Self) -> Self {
+        y.simd_atan2(x)
+    }
 }
 
 impl Real for f64 {
@@ -55,5 +62,8 @@ impl<const N: usize> Real for num_dual::DualSVec64<N> {
     }
     fn value(self) -> f64 {
         self.re
+    }
+    fn polar_angle(y: Self, x: Self) -> Self {
+        super::dual::polar_angle(y, x)
     }
 }

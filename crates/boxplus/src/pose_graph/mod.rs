@@ -18,7 +18,11 @@
 //! cost: g2o's rotation error is the vector part of a unit quaternion, about *half* the rotation vector, while most other
 //! readers of the same files weigh the rotation vector itself. Nothing is rescaled here.
 
+#[cfg(feature = "solve")]
+pub mod certify;
 mod constraint;
+#[cfg(feature = "solve")]
+pub mod diagnose;
 mod faults;
 mod ids;
 mod information;

@@ -1,8 +1,8 @@
 //! Extension points, used as an outsider would.
 
 use boxplus::graph::{Factor, Graph, Noise, Prior, SolveOptions, Values, dual_jacobians};
-use boxplus::lie::{Action, LieGroup, Real, Rn, SE2, SE3};
-use nalgebra::{SMatrix, SVector, Vector2, vector};
+use boxplus::lie::{Action, LieGroup, Manifold, Real, Rn, S2, SE2, SE3, SO3};
+use nalgebra::{SMatrix, SVector, Vector2, Vector3, vector};
 
 /// A pinhole camera of unknown focal length sees a known point: residual only, two variables of different kinds.
 struct Projection {
@@ -84,4 +84,45 @@ fn a_closed_form_of_three_variables_agrees_with_dual_numbers_and_calibrates() {
     assert!((solution.values.get(radius).unwrap().vector()[0] - 0.3).abs() < 1e-8);
     // Sideways, six coordinates between the ends face four equations: the zigzags are found.
     assert_eq!(solution.unconstrained.map(|free| free.directions), Some(2));
+}
+
+/// The direction of gravity, seen from a body whose attitude is known: a variable that is a manifold but no group.
+struct Plumb {
+    world_from_body: SO3,
+    seen: S2,
+}
+
+impl Factor<2> for Plumb {
+    const NAME: &'static str = "plumb line";
+    type Variables = (S2,);
+    fn residual<S: Real>(&self, (down,): &(S2<S>,)) -> SVector<S, 2> {
+        let world_from_body: SO3<S> = LieGroup::map(&self.world_from_body, S::lit);
+        let seen: S2<S> = Manifold::map(&self.seen, S::lit);
+        (world_from_body.inverse() * *down).minus(&seen)
+    }
+    fn residual_jac(&self, (down,): &(S2,)) -> (SVector<f64, 2>, (SMatrix<f64, 2, 2>,)) {
+        let (turned, _, d_turned) = down.rotated_by_jac(&self.world_from_body.inverse());
+        let (residual, d_residual, _) = turned.minus_jac(&self.seen);
+        (residual, (d_residual * d_turned,))
+    }
+}
+
+#[test]
+fn a_direction_is_estimated_on_the_sphere_from_anywhere_on_it() {
+    let truth = S2::from_vector(&Vector3::new(0.1, -0.2, -1.0)).unwrap();
+    // The basis turns fastest around −z, where the truth is; the start is nearly opposite.
+    let start = S2::from_vector(&Vector3::new(0.2, 0.3, 1.0)).unwrap();
+    let (mut graph, mut values) = (Graph::new(), Values::new());
+    let down = values.insert(start);
+    for i in 0..6 {
+        let world_from_body = SO3::exp(&Vector3::new(0.3, -0.2, 0.5).scale(f64::from(i)));
+        let seen = world_from_body.inverse() * truth;
+        let factor = Plumb { world_from_body, seen };
+        let (closed, dual) = (factor.residual_jac(&(start,)).1, dual_jacobians(&factor, &(start,)));
+        assert!((closed.0 - dual.0).amax() < 1e-12 * closed.0.amax());
+        graph.add((down,), factor, Noise::unit());
+    }
+    let solution = graph.optimize(&values, &SolveOptions::default()).unwrap();
+    assert!(solution.report.converged(), "{:?}", solution.report);
+    assert!(solution.values.get(down).unwrap().angle_to(&truth) < 1e-8);
 }

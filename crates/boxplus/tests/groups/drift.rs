@@ -1,6 +1,6 @@
 //! Elements do not leave their group, however often they are composed.
 
-use boxplus::lie::{LieGroup, Real, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
+use boxplus::lie::{LieGroup, Real, RxSO3, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
 use nalgebra::{SVector, Vector3};
 
 use crate::{EPS, quaternion_error};
@@ -56,5 +56,6 @@ fn ten_million_compositions_stay_on_sim3_and_keep_the_scale() {
     let end = (0..5_000_000).fold(Sim3::identity(), |x, _| x.compose(&up).compose(&down));
     assert_eq!(end.scale(), 1.0);
     let turned = |r: SO2| (r.cos().powi(2) + r.sin().powi(2) - 1.0).abs() / EPS;
+    drifts_at_most::<RxSO3, 4>(|x| quaternion_error(&x.rotation()), 4.0);
     drifts_at_most::<Sim2, 4>(|x| turned(x.rotation()), 4.0);
 }

@@ -15,20 +15,20 @@ use core::ops::Mul;
 use nalgebra::{SMatrix, SVector};
 
 /// A vector of ℝᴺ as an element of the additive group.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rn<const N: usize, S = f64> {
-    x: SVector<S, N>,
-}
+#[derive(Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "bytemuck", derive(bytemuck::TransparentWrapper))]
+#[repr(transparent)]
+pub struct Rn<const N: usize, S = f64>(pub(in crate::lie) [S; N]);
 
 impl<const N: usize, S: Real> Rn<N, S> {
     /// The element with the given coordinates.
     pub fn new(x: SVector<S, N>) -> Self {
-        Self { x }
+        Self(x.into())
     }
 
     /// The coordinates.
     pub fn vector(&self) -> SVector<S, N> {
-        self.x
+        self.0.into()
     }
 }
 
@@ -41,16 +41,16 @@ impl<const N: usize, S: Real> LieGroup<N> for Rn<N, S> {
         Self::new(SVector::zeros())
     }
     fn compose(&self, rhs: &Self) -> Self {
-        Self::new(self.x + rhs.x)
+        Self::new(self.vector() + rhs.vector())
     }
     fn inverse(&self) -> Self {
-        Self::new(-self.x)
+        Self::new(-self.vector())
     }
     fn exp(tau: &SVector<S, N>) -> Self {
         Self::new(*tau)
     }
     fn log(&self) -> SVector<S, N> {
-        self.x
+        self.vector()
     }
     fn adjoint(&self) -> SMatrix<S, N, N> {
         SMatrix::identity()
@@ -71,13 +71,13 @@ impl<const N: usize, S: Real> LieGroup<N> for Rn<N, S> {
         *algebra
     }
     fn map<T: Real>(&self, f: impl Fn(S) -> T) -> Rn<N, T> {
-        Rn::new(self.x.map(f))
+        Rn::new(self.vector().map(f))
     }
 }
 
 impl<const N: usize, S: Real> Action<N, N> for Rn<N, S> {
     fn act(&self, p: &SVector<S, N>) -> SVector<S, N> {
-        self.x + p
+        self.vector() + p
     }
     fn linear_part(&self) -> SMatrix<S, N, N> {
         SMatrix::identity()

@@ -23,11 +23,10 @@ use core::ops::Mul;
 use nalgebra::{Matrix2, Matrix3, SMatrix, Vector2, Vector3};
 
 /// A pose or rigid motion of the plane: rotation and translation.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SE2<S = f64> {
-    rotation: SO2<S>,
-    translation: Vector2<S>,
-}
+#[derive(Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "bytemuck", derive(bytemuck::TransparentWrapper))]
+#[repr(transparent)]
+pub struct SE2<S = f64>(pub(in crate::lie) [S; 4]);
 
 impl<S: Real> SE2<S> {
     /// The motion p ↦ R(`angle`)·p + `translation`.
@@ -38,7 +37,8 @@ impl<S: Real> SE2<S> {
     /// The motion p ↦ `rotation`·p + `translation`.
     #[inline]
     pub fn from_parts(translation: Vector2<S>, rotation: SO2<S>) -> Self {
-        Self { rotation, translation }
+        let [[x, y], [cos, sin]] = [translation.into(), rotation.0];
+        Self([x, y, cos, sin])
     }
 
     /// The motion of a homogeneous 3×3 matrix.
@@ -54,29 +54,29 @@ impl<S: Real> SE2<S> {
     /// R.
     #[inline]
     pub fn rotation(&self) -> SO2<S> {
-        self.rotation
+        SO2([self.0[2], self.0[3]])
     }
 
     /// t, in metres of the parent frame.
     #[inline]
     pub fn translation(&self) -> Vector2<S> {
-        self.translation
+        Vector2::new(self.0[0], self.0[1])
     }
 
     /// The heading in radians, in [−π, π].
     #[inline]
     pub fn angle(&self) -> S {
-        self.rotation.angle()
+        self.rotation().angle()
     }
 
     /// The homogeneous 3×3 matrix \[R t; 0 1\].
     pub fn to_matrix(&self) -> Matrix3<S> {
-        block(&self.rotation.to_matrix(), &self.translation, S::one())
+        block(&self.rotation().to_matrix(), &self.translation(), S::one())
     }
 
     /// The same motion with the rotation at unit norm to the last digit.
     pub fn normalize(&self) -> Self {
-        Self::from_parts(self.translation, self.rotation.normalize())
+        Self::from_parts(self.translation(), self.rotation().normalize())
     }
 }
 
@@ -110,19 +110,19 @@ impl<S: Real> LieGroup<3> for SE2<S> {
     }
     #[inline]
     fn compose(&self, rhs: &Self) -> Self {
-        Self::from_parts(self.act(&rhs.translation), self.rotation.compose(&rhs.rotation))
+        Self::from_parts(self.act(&rhs.translation()), self.rotation().compose(&rhs.rotation()))
     }
     #[inline]
     fn inverse(&self) -> Self {
-        let rotation = self.rotation.inverse();
-        Self::from_parts(-rotation.act(&self.translation), rotation)
+        let rotation = self.rotation().inverse();
+        Self::from_parts(-rotation.act(&self.translation()), rotation)
     }
     /// Subtracts the translations first: the error is relative to their difference, however far from the origin.
     #[inline]
     fn between(&self, other: &Self) -> Self {
-        let inverse = self.rotation.inverse();
-        let step = inverse.act(&(other.translation - self.translation));
-        Self::from_parts(step, inverse.compose(&other.rotation))
+        let inverse = self.rotation().inverse();
+        let step = inverse.act(&(other.translation() - self.translation()));
+        Self::from_parts(step, inverse.compose(&other.rotation()))
     }
     #[inline]
     fn exp(tau: &Vector3<S>) -> Self {
@@ -135,12 +135,12 @@ impl<S: Real> LieGroup<3> for SE2<S> {
         let theta = self.angle();
         let x = theta * theta;
         let h = S::one() - x * Stumpff::new(x).d();
-        let rho = self.translation * h - SO2::turn(&self.translation) * (theta * S::lit(0.5));
+        let rho = self.translation() * h - SO2::turn(&self.translation()) * (theta * S::lit(0.5));
         Vector3::new(rho.x, rho.y, theta)
     }
     #[inline]
     fn adjoint(&self) -> Matrix3<S> {
-        block(&self.rotation.to_matrix(), &-SO2::turn(&self.translation), S::one())
+        block(&self.rotation().to_matrix(), &-SO2::turn(&self.translation()), S::one())
     }
     #[inline]
     fn small_adjoint(tau: &Vector3<S>) -> Matrix3<S> {
@@ -157,6 +157,10 @@ impl<S: Real> LieGroup<3> for SE2<S> {
         let (d, half) = (c.d(), S::lit(0.5));
         jacobian(&rho, [S::one() - theta * theta * d, theta * half], [theta * d, -half])
     }
+    #[inline]
+    fn right_jacobian_derivative(tau: &Vector3<S>, delta: &Vector3<S>) -> Matrix3<S> {
+        super::second::se2(tau, delta, &Stumpff::new(tau.z * tau.z))
+    }
     fn hat(tau: &Vector3<S>) -> Matrix3<S> {
         block(&complex(S::zero(), tau.z), &tau.xy(), S::zero())
     }
@@ -164,7 +168,7 @@ impl<S: Real> LieGroup<3> for SE2<S> {
         Vector3::new(algebra.m13, algebra.m23, algebra.m21)
     }
     fn map<T: Real>(&self, f: impl Fn(S) -> T) -> SE2<T> {
-        SE2::from_parts(self.translation.map(&f), self.rotation.map(&f))
+        SE2::from_parts(self.translation().map(&f), self.rotation().map(&f))
     }
 }
 
@@ -177,11 +181,11 @@ fn split<S: Real>(tau: &Vector3<S>) -> (Vector2<S>, S, Stumpff<S>) {
 impl<S: Real> Action<3, 2> for SE2<S> {
     #[inline]
     fn act(&self, p: &Vector2<S>) -> Vector2<S> {
-        self.rotation.act(p) + self.translation
+        self.rotation().act(p) + self.translation()
     }
     #[inline]
     fn linear_part(&self) -> Matrix2<S> {
-        self.rotation.to_matrix()
+        self.rotation().to_matrix()
     }
     #[inline]
     fn generators_at(p: &Vector2<S>) -> SMatrix<S, 2, 3> {
@@ -190,7 +194,7 @@ impl<S: Real> Action<3, 2> for SE2<S> {
     }
     #[inline]
     fn act_direction(&self, d: &Vector2<S>) -> Vector2<S> {
-        self.rotation.act(d)
+        self.rotation().act(d)
     }
 }
 

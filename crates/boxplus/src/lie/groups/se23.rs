@@ -33,11 +33,10 @@ use core::ops::Mul;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 /// An extended pose: rotation, position and velocity.
-#[derive(Clone, Copy, Debug)]
-pub struct SE23<S = f64> {
-    pose: SE3<S>,
-    velocity: Vector3<S>,
-}
+#[derive(Clone, Copy)]
+#[cfg_attr(feature = "bytemuck", derive(bytemuck::TransparentWrapper))]
+#[repr(transparent)]
+pub struct SE23<S = f64>(pub(in crate::lie) [S; 10]);
 
 impl<S: Real> SE23<S> {
     /// The extended pose of `rotation`, `position` in m and `velocity` in m/s, both in the parent frame.
@@ -49,7 +48,8 @@ impl<S: Real> SE23<S> {
     /// `pose`, moving at `velocity` in m/s of the parent frame.
     #[inline]
     pub fn from_pose(pose: SE3<S>, velocity: Vector3<S>) -> Self {
-        Self { pose, velocity }
+        let ([x, y, z, i, j, k, w], [a, b, c]) = (pose.0, velocity.into());
+        Self([x, y, z, i, j, k, w, a, b, c])
     }
 
     /// The extended pose of a 5×5 matrix \[R v p; 0 1 0; 0 0 1\].
@@ -69,39 +69,41 @@ impl<S: Real> SE23<S> {
     /// R.
     #[inline]
     pub fn rotation(&self) -> SO3<S> {
-        self.pose.rotation()
+        self.pose().rotation()
     }
 
     /// p, in metres of the parent frame.
     #[inline]
     pub fn position(&self) -> Vector3<S> {
-        self.pose.translation()
+        self.pose().translation()
     }
 
     /// v, in m/s of the parent frame.
     #[inline]
     pub fn velocity(&self) -> Vector3<S> {
-        self.velocity
+        let [.., x, y, z] = self.0;
+        Vector3::new(x, y, z)
     }
 
     /// (R, p), the pose without its velocity.
     #[inline]
     pub fn pose(&self) -> SE3<S> {
-        self.pose
+        let [x, y, z, i, j, k, w, ..] = self.0;
+        SE3([x, y, z, i, j, k, w])
     }
 
     /// The 5×5 matrix \[R v p; 0 1 0; 0 0 1\].
     pub fn to_matrix(&self) -> SMatrix<S, 5, 5> {
         let mut m = SMatrix::<S, 5, 5>::identity();
         m.fixed_view_mut::<3, 3>(0, 0).copy_from(&self.rotation().to_matrix());
-        m.fixed_view_mut::<3, 1>(0, 3).copy_from(&self.velocity);
+        m.fixed_view_mut::<3, 1>(0, 3).copy_from(&self.velocity());
         m.fixed_view_mut::<3, 1>(0, 4).copy_from(&self.position());
         m
     }
 
     /// The same extended pose with the rotation at unit norm to the last digit.
     pub fn normalize(&self) -> Self {
-        Self::from_pose(self.pose.normalize(), self.velocity)
+        Self::from_pose(self.pose().normalize(), self.velocity())
     }
 }
 
@@ -144,7 +146,7 @@ fn join<S: Real>([rho, phi, nu]: &[Vector3<S>; 3]) -> SVector<S, 9> {
 
 impl<S: Real> PartialEq for SE23<S> {
     fn eq(&self, other: &Self) -> bool {
-        self.pose == other.pose && self.velocity == other.velocity
+        self.pose() == other.pose() && self.velocity() == other.velocity()
     }
 }
 
@@ -159,18 +161,21 @@ impl<S: Real> LieGroup<9> for SE23<S> {
     }
     #[inline]
     fn compose(&self, rhs: &Self) -> Self {
-        Self::from_pose(self.pose.compose(&rhs.pose), self.rotation().act(&rhs.velocity) + self.velocity)
+        Self::from_pose(
+            self.pose().compose(&rhs.pose()),
+            self.rotation().act(&rhs.velocity()) + self.velocity(),
+        )
     }
     #[inline]
     fn inverse(&self) -> Self {
-        let pose = self.pose.inverse();
-        Self::from_pose(pose, -pose.rotation().act(&self.velocity))
+        let pose = self.pose().inverse();
+        Self::from_pose(pose, -pose.rotation().act(&self.velocity()))
     }
     /// Subtracts positions and velocities first: the error is relative to their difference.
     #[inline]
     fn between(&self, other: &Self) -> Self {
-        let step = self.rotation().inverse().act(&(other.velocity - self.velocity));
-        Self::from_pose(self.pose.between(&other.pose), step)
+        let step = self.rotation().inverse().act(&(other.velocity() - self.velocity()));
+        Self::from_pose(self.pose().between(&other.pose()), step)
     }
     #[inline]
     fn exp(tau: &SVector<S, 9>) -> Self {
@@ -182,12 +187,18 @@ impl<S: Real> LieGroup<9> for SE23<S> {
     fn log(&self) -> SVector<S, 9> {
         let phi = self.rotation().log();
         let d = Stumpff::new(phi.norm_squared()).d();
-        join(&[unturn(&phi, d, &self.position()), phi, unturn(&phi, d, &self.velocity)])
+        join(&[unturn(&phi, d, &self.position()), phi, unturn(&phi, d, &self.velocity())])
     }
     #[inline]
     fn adjoint(&self) -> SMatrix<S, 9, 9> {
         let r = self.rotation().to_matrix();
-        block(&r, &(skew(&self.position()) * r), &(skew(&self.velocity) * r))
+        block(&r, &(skew(&self.position()) * r), &(skew(&self.velocity()) * r))
+    }
+    /// (R·ρ + p × R·φ, R·φ, R·ν + v × R·φ).
+    #[inline]
+    fn adjoint_times(&self, tau: &SVector<S, 9>) -> SVector<S, 9> {
+        let [rho, phi, nu] = split(tau).map(|v| self.rotation().act(&v));
+        join(&[rho + self.position().cross(&phi), phi, nu + self.velocity().cross(&phi)])
     }
     #[inline]
     fn small_adjoint(tau: &SVector<S, 9>) -> SMatrix<S, 9, 9> {
@@ -208,11 +219,19 @@ impl<S: Real> LieGroup<9> for SE23<S> {
         inverses(&parts, c.d(), c.e()).0
     }
     #[inline]
+    fn right_jacobian_derivative(tau: &SVector<S, 9>, delta: &SVector<S, 9>) -> SMatrix<S, 9, 9> {
+        let ([rho, phi, nu], [d_rho, d_phi, d_nu]) = (split(tau), split(delta));
+        let c = Stumpff::new(phi.norm_squared());
+        let [q, r] =
+            [(rho, d_rho), (nu, d_nu)].map(|(v, d)| super::second::coupling([&v, &phi], [&d, &d_phi], &c));
+        block(&right_coupling(&d_phi, &phi, &c), &q, &r)
+    }
+    #[inline]
     fn log_jacs(&self) -> (SVector<S, 9>, SMatrix<S, 9, 9>, SMatrix<S, 9, 9>) {
         let phi = self.rotation().log();
         let c = Stumpff::new(phi.norm_squared());
         let d = c.d();
-        let parts = [unturn(&phi, d, &self.position()), phi, unturn(&phi, d, &self.velocity)];
+        let parts = [unturn(&phi, d, &self.position()), phi, unturn(&phi, d, &self.velocity())];
         let (right, left) = inverses(&parts, d, c.e());
         (join(&parts), right, left)
     }
@@ -229,7 +248,7 @@ impl<S: Real> LieGroup<9> for SE23<S> {
         join(&[rho, SO3::vee(&algebra.fixed_view::<3, 3>(0, 0).into_owned()), nu])
     }
     fn map<T: Real>(&self, f: impl Fn(S) -> T) -> SE23<T> {
-        SE23::from_pose(self.pose.map(&f), self.velocity.map(&f))
+        SE23::from_pose(self.pose().map(&f), self.velocity().map(&f))
     }
 }
 
@@ -237,7 +256,7 @@ impl<S: Real> LieGroup<9> for SE23<S> {
 impl<S: Real> Action<9, 3> for SE23<S> {
     #[inline]
     fn act(&self, p: &Vector3<S>) -> Vector3<S> {
-        self.pose.act(p)
+        self.pose().act(p)
     }
     #[inline]
     fn linear_part(&self) -> Matrix3<S> {

@@ -29,17 +29,17 @@ use core::ops::Mul;
 use nalgebra::{Matrix3, Matrix4, Matrix6, SMatrix, Vector3, Vector6};
 
 /// A pose or rigid motion of space: rotation and translation.
-#[derive(Clone, Copy, Debug)]
-pub struct SE3<S = f64> {
-    rotation: SO3<S>,
-    translation: Vector3<S>,
-}
+#[derive(Clone, Copy)]
+#[cfg_attr(feature = "bytemuck", derive(bytemuck::TransparentWrapper))]
+#[repr(transparent)]
+pub struct SE3<S = f64>(pub(in crate::lie) [S; 7]);
 
 impl<S: Real> SE3<S> {
     /// The motion p ↦ `rotation`·p + `translation`.
     #[inline]
     pub fn new(rotation: SO3<S>, translation: Vector3<S>) -> Self {
-        Self { rotation, translation }
+        let ([x, y, z], [i, j, k, w]) = (translation.into(), rotation.0);
+        Self([x, y, z, i, j, k, w])
     }
 
     /// The motion of a homogeneous 4×4 matrix.
@@ -55,25 +55,27 @@ impl<S: Real> SE3<S> {
     /// R.
     #[inline]
     pub fn rotation(&self) -> SO3<S> {
-        self.rotation
+        let [_, _, _, x, y, z, w] = self.0;
+        SO3([x, y, z, w])
     }
 
     /// t, in metres of the parent frame.
     #[inline]
     pub fn translation(&self) -> Vector3<S> {
-        self.translation
+        let [x, y, z, ..] = self.0;
+        Vector3::new(x, y, z)
     }
 
     /// The homogeneous 4×4 matrix \[R t; 0 1\].
     pub fn to_matrix(&self) -> Matrix4<S> {
-        let mut m = self.rotation.to_matrix().to_homogeneous();
-        m.fixed_view_mut::<3, 1>(0, 3).copy_from(&self.translation);
+        let mut m = self.rotation().to_matrix().to_homogeneous();
+        m.fixed_view_mut::<3, 1>(0, 3).copy_from(&self.translation());
         m
     }
 
     /// The same motion with the rotation at unit norm to the last digit.
     pub fn normalize(&self) -> Self {
-        Self::new(self.rotation.normalize(), self.translation)
+        Self::new(self.rotation().normalize(), self.translation())
     }
 }
 
@@ -144,7 +146,7 @@ fn inverses<S: Real>(rho: &Vector3<S>, phi: &Vector3<S>, d: S, e: S) -> (Matrix6
 
 impl<S: Real> PartialEq for SE3<S> {
     fn eq(&self, other: &Self) -> bool {
-        self.rotation == other.rotation && self.translation == other.translation
+        self.rotation() == other.rotation() && self.translation() == other.translation()
     }
 }
 
@@ -159,19 +161,19 @@ impl<S: Real> LieGroup<6> for SE3<S> {
     }
     #[inline]
     fn compose(&self, rhs: &Self) -> Self {
-        Self::new(self.rotation.compose(&rhs.rotation), self.act(&rhs.translation))
+        Self::new(self.rotation().compose(&rhs.rotation()), self.act(&rhs.translation()))
     }
     #[inline]
     fn inverse(&self) -> Self {
-        let rotation = self.rotation.inverse();
-        Self::new(rotation, -rotation.act(&self.translation))
+        let rotation = self.rotation().inverse();
+        Self::new(rotation, -rotation.act(&self.translation()))
     }
     /// Subtracts the translations first: the error is relative to their difference, however far from the origin.
     #[inline]
     fn between(&self, other: &Self) -> Self {
-        let inverse = self.rotation.inverse();
-        let step = inverse.act(&(other.translation - self.translation));
-        Self::new(inverse.compose(&other.rotation), step)
+        let inverse = self.rotation().inverse();
+        let step = inverse.act(&(other.translation() - self.translation()));
+        Self::new(inverse.compose(&other.rotation()), step)
     }
     #[inline]
     fn exp(tau: &Vector6<S>) -> Self {
@@ -181,14 +183,21 @@ impl<S: Real> LieGroup<6> for SE3<S> {
     }
     #[inline]
     fn log(&self) -> Vector6<S> {
-        let phi = self.rotation.log();
+        let phi = self.rotation().log();
         let d = Stumpff::new(phi.norm_squared()).d();
-        join(&unturn(&phi, d, &self.translation), &phi)
+        join(&unturn(&phi, d, &self.translation()), &phi)
     }
     #[inline]
     fn adjoint(&self) -> Matrix6<S> {
-        let r = self.rotation.to_matrix();
-        block(&r, &(skew(&self.translation) * r))
+        let r = self.rotation().to_matrix();
+        block(&r, &(skew(&self.translation()) * r))
+    }
+    /// (R·ρ + t × R·φ, R·φ).
+    #[inline]
+    fn adjoint_times(&self, tau: &Vector6<S>) -> Vector6<S> {
+        let ((rho, phi), r) = (split(tau), self.rotation());
+        let turned = r.act(&phi);
+        join(&(r.act(&rho) + self.translation().cross(&turned)), &turned)
     }
     #[inline]
     fn small_adjoint(tau: &Vector6<S>) -> Matrix6<S> {
@@ -208,11 +217,18 @@ impl<S: Real> LieGroup<6> for SE3<S> {
         inverses(&rho, &phi, c.d(), c.e()).0
     }
     #[inline]
+    fn right_jacobian_derivative(tau: &Vector6<S>, delta: &Vector6<S>) -> Matrix6<S> {
+        let ((rho, phi), (d_rho, d_phi)) = (split(tau), split(delta));
+        let c = Stumpff::new(phi.norm_squared());
+        let turning = right_coupling(&d_phi, &phi, &c);
+        block(&turning, &super::second::coupling([&rho, &phi], [&d_rho, &d_phi], &c))
+    }
+    #[inline]
     fn log_jacs(&self) -> (Vector6<S>, Matrix6<S>, Matrix6<S>) {
-        let phi = self.rotation.log();
+        let phi = self.rotation().log();
         let c = Stumpff::new(phi.norm_squared());
         let d = c.d();
-        let rho = unturn(&phi, d, &self.translation);
+        let rho = unturn(&phi, d, &self.translation());
         let (right, left) = inverses(&rho, &phi, d, c.e());
         (join(&rho, &phi), right, left)
     }
@@ -227,7 +243,7 @@ impl<S: Real> LieGroup<6> for SE3<S> {
         Vector6::new(algebra.m14, algebra.m24, algebra.m34, algebra.m32, algebra.m13, algebra.m21)
     }
     fn map<T: Real>(&self, f: impl Fn(S) -> T) -> SE3<T> {
-        SE3::new(self.rotation.map(&f), self.translation.map(&f))
+        SE3::new(self.rotation().map(&f), self.translation().map(&f))
     }
 }
 
@@ -251,11 +267,11 @@ pub(super) fn unturn<S: Real>(phi: &Vector3<S>, d: S, t: &Vector3<S>) -> Vector3
 impl<S: Real> Action<6, 3> for SE3<S> {
     #[inline]
     fn act(&self, p: &Vector3<S>) -> Vector3<S> {
-        self.rotation.act(p) + self.translation
+        self.rotation().act(p) + self.translation()
     }
     #[inline]
     fn linear_part(&self) -> Matrix3<S> {
-        self.rotation.to_matrix()
+        self.rotation().to_matrix()
     }
     #[inline]
     fn generators_at(p: &Vector3<S>) -> SMatrix<S, 3, 6> {
@@ -266,7 +282,7 @@ impl<S: Real> Action<6, 3> for SE3<S> {
     }
     #[inline]
     fn act_direction(&self, d: &Vector3<S>) -> Vector3<S> {
-        self.rotation.act(d)
+        self.rotation().act(d)
     }
 }
 

@@ -44,11 +44,10 @@ use core::ops::Mul;
 use nalgebra::{Matrix3, Matrix4, SMatrix, SVector, Vector3, Vector4};
 
 /// A Galilean transformation: rotation, position, velocity and time.
-#[derive(Clone, Copy, Debug)]
-pub struct SGal3<S = f64> {
-    extended: SE23<S>,
-    time: S,
-}
+#[derive(Clone, Copy)]
+#[cfg_attr(feature = "bytemuck", derive(bytemuck::TransparentWrapper))]
+#[repr(transparent)]
+pub struct SGal3<S = f64>(pub(in crate::lie) [S; 11]);
 
 impl<S: Real> SGal3<S> {
     /// The frame of `rotation`, at `position` in m when its clock shows 0, moving at `velocity` in m/s, its clock behind by
@@ -61,7 +60,8 @@ impl<S: Real> SGal3<S> {
     /// An extended pose and the time t.
     #[inline]
     pub fn from_extended(extended: SE23<S>, time: S) -> Self {
-        Self { extended, time }
+        let [x, y, z, i, j, k, w, a, b, c] = extended.0;
+        Self([x, y, z, i, j, k, w, a, b, c, time])
     }
 
     /// The transformation of a 5×5 matrix \[R v p; 0 1 t; 0 0 1\].
@@ -78,43 +78,44 @@ impl<S: Real> SGal3<S> {
     /// R.
     #[inline]
     pub fn rotation(&self) -> SO3<S> {
-        self.extended.rotation()
+        self.extended_pose().rotation()
     }
 
     /// p, in metres of the parent frame.
     #[inline]
     pub fn position(&self) -> Vector3<S> {
-        self.extended.position()
+        self.extended_pose().position()
     }
 
     /// v, in m/s of the parent frame.
     #[inline]
     pub fn velocity(&self) -> Vector3<S> {
-        self.extended.velocity()
+        self.extended_pose().velocity()
     }
 
     /// t in seconds: time in the parent frame minus time in the local one.
     #[inline]
     pub fn time(&self) -> S {
-        self.time
+        self.0[10]
     }
 
     /// (R, p, v) without the time.
     #[inline]
     pub fn extended_pose(&self) -> SE23<S> {
-        self.extended
+        let [x, y, z, i, j, k, w, a, b, c, _] = self.0;
+        SE23([x, y, z, i, j, k, w, a, b, c])
     }
 
     /// The 5×5 matrix \[R v p; 0 1 t; 0 0 1\].
     pub fn to_matrix(&self) -> SMatrix<S, 5, 5> {
-        let mut m = self.extended.to_matrix();
-        m[(3, 4)] = self.time;
+        let mut m = self.extended_pose().to_matrix();
+        m[(3, 4)] = self.time();
         m
     }
 
     /// The same transformation with the rotation at unit norm to the last digit.
     pub fn normalize(&self) -> Self {
-        Self::from_extended(self.extended.normalize(), self.time)
+        Self::from_extended(self.extended_pose().normalize(), self.time())
     }
 }
 
@@ -181,13 +182,13 @@ fn inverses<S: Real>(tau: &SVector<S, 10>, k: &Stumpff<S>, d: S) -> [SMatrix<S, 
 #[inline]
 fn join<S: Real>(x: &SGal3<S>, phi: &Vector3<S>, d: S) -> SVector<S, 10> {
     let nu = unturn(phi, d, &x.velocity());
-    let rho = unturn(phi, d, &x.position()) - (nu * S::lit(0.5) - phi.cross(&nu) * d) * x.time;
-    SVector::from([rho.x, rho.y, rho.z, phi.x, phi.y, phi.z, nu.x, nu.y, nu.z, x.time])
+    let rho = unturn(phi, d, &x.position()) - (nu * S::lit(0.5) - phi.cross(&nu) * d) * x.time();
+    SVector::from([rho.x, rho.y, rho.z, phi.x, phi.y, phi.z, nu.x, nu.y, nu.z, x.time()])
 }
 
 impl<S: Real> PartialEq for SGal3<S> {
     fn eq(&self, other: &Self) -> bool {
-        self.extended == other.extended && self.time == other.time
+        self.extended_pose() == other.extended_pose() && self.time() == other.time()
     }
 }
 
@@ -202,21 +203,21 @@ impl<S: Real> LieGroup<10> for SGal3<S> {
     }
     #[inline]
     fn compose(&self, rhs: &Self) -> Self {
-        let x = self.extended.compose(&rhs.extended);
-        let position = x.position() + self.velocity() * rhs.time;
-        Self::new(x.rotation(), position, x.velocity(), self.time + rhs.time)
+        let x = self.extended_pose().compose(&rhs.extended_pose());
+        let position = x.position() + self.velocity() * rhs.time();
+        Self::new(x.rotation(), position, x.velocity(), self.time() + rhs.time())
     }
     #[inline]
     fn inverse(&self) -> Self {
         let rotation = self.rotation().inverse();
-        let start = self.position() - self.velocity() * self.time;
-        Self::new(rotation, -rotation.act(&start), -rotation.act(&self.velocity()), -self.time)
+        let start = self.position() - self.velocity() * self.time();
+        Self::new(rotation, -rotation.act(&start), -rotation.act(&self.velocity()), -self.time())
     }
     /// Subtracts positions, velocities and times first: the error is relative to their differences.
     #[inline]
     fn between(&self, other: &Self) -> Self {
         let inverse = self.rotation().inverse();
-        let time = other.time - self.time;
+        let time = other.time() - self.time();
         let position = other.position() - self.position() - self.velocity() * time;
         let velocity = other.velocity() - self.velocity();
         let rotation = inverse.compose(&other.rotation());
@@ -240,9 +241,9 @@ impl<S: Real> LieGroup<10> for SGal3<S> {
     #[inline]
     fn adjoint(&self) -> SMatrix<S, 10, 10> {
         let (a, v) = (self.rotation().to_matrix(), self.velocity());
-        let start = self.position() - v * self.time;
+        let start = self.position() - v * self.time();
         let (b, e) = (skew(&start) * a, skew(&v) * a);
-        Blocks { a, b, c: -a * self.time, d: v, e, f: S::one() }.matrix()
+        Blocks { a, b, c: -a * self.time(), d: v, e, f: S::one() }.matrix()
     }
     #[inline]
     fn small_adjoint(tau: &SVector<S, 10>) -> SMatrix<S, 10, 10> {
@@ -295,7 +296,7 @@ impl<S: Real> LieGroup<10> for SGal3<S> {
         SE23::vee(algebra).push(algebra[(3, 4)])
     }
     fn map<T: Real>(&self, f: impl Fn(S) -> T) -> SGal3<T> {
-        SGal3::from_extended(self.extended.map(&f), f(self.time))
+        SGal3::from_extended(self.extended_pose().map(&f), f(self.time()))
     }
 }
 
@@ -303,8 +304,8 @@ impl<S: Real> LieGroup<10> for SGal3<S> {
 impl<S: Real> Action<10, 4> for SGal3<S> {
     #[inline]
     fn act(&self, event: &Vector4<S>) -> Vector4<S> {
-        let place = self.extended.act(&event.xyz()) + self.velocity() * event.w;
-        Vector4::new(place.x, place.y, place.z, event.w + self.time)
+        let place = self.extended_pose().act(&event.xyz()) + self.velocity() * event.w;
+        Vector4::new(place.x, place.y, place.z, event.w + self.time())
     }
     /// \[R v; 0 1\].
     #[inline]

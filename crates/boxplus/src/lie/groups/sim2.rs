@@ -32,18 +32,17 @@ use core::ops::Mul;
 use nalgebra::{Matrix2, Matrix3, Matrix4, SMatrix, Vector2, Vector4};
 
 /// A similarity of the plane: rotation, translation and scale.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sim2<S = f64> {
-    rotation: SO2<S>,
-    translation: Vector2<S>,
-    log_scale: S,
-}
+#[derive(Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "bytemuck", derive(bytemuck::TransparentWrapper))]
+#[repr(transparent)]
+pub struct Sim2<S = f64>(pub(in crate::lie) [S; 5]);
 
 impl<S: Real> Sim2<S> {
     /// The similarity p ↦ e^`log_scale`·`rotation`·p + `translation`.
     #[inline]
     pub fn new(rotation: SO2<S>, translation: Vector2<S>, log_scale: S) -> Self {
-        Self { rotation, translation, log_scale }
+        let [[x, y], [cos, sin]] = [translation.into(), rotation.0];
+        Self([x, y, cos, sin, log_scale])
     }
 
     /// The similarity p ↦ `scale`·`rotation`·p + `translation`.
@@ -79,37 +78,37 @@ impl<S: Real> Sim2<S> {
     /// R.
     #[inline]
     pub fn rotation(&self) -> SO2<S> {
-        self.rotation
+        SO2([self.0[2], self.0[3]])
     }
 
     /// t, in metres of the parent frame.
     #[inline]
     pub fn translation(&self) -> Vector2<S> {
-        self.translation
+        Vector2::new(self.0[0], self.0[1])
     }
 
     /// s = e^σ > 0: lengths in the parent frame over lengths in the local one.
     #[inline]
     pub fn scale(&self) -> S {
-        self.log_scale.simd_exp()
+        self.log_scale().simd_exp()
     }
 
     /// σ = ln s.
     #[inline]
     pub fn log_scale(&self) -> S {
-        self.log_scale
+        self.0[4]
     }
 
     /// The homogeneous 3×3 matrix \[sR t; 0 1\].
     pub fn to_matrix(&self) -> Matrix3<S> {
         let mut m = self.linear_part().to_homogeneous();
-        m.fixed_view_mut::<2, 1>(0, 2).copy_from(&self.translation);
+        m.fixed_view_mut::<2, 1>(0, 2).copy_from(&self.translation());
         m
     }
 
     /// The same similarity with the rotation at unit norm to the last digit.
     pub fn normalize(&self) -> Self {
-        Self::new(self.rotation.normalize(), self.translation, self.log_scale)
+        Self::new(self.rotation().normalize(), self.translation(), self.log_scale())
     }
 
     /// ρ as a complex number, and z = σ + iθ.
@@ -137,20 +136,20 @@ impl<S: Real> LieGroup<4> for Sim2<S> {
     }
     #[inline]
     fn compose(&self, rhs: &Self) -> Self {
-        let rotation = self.rotation.compose(&rhs.rotation);
-        Self::new(rotation, self.act(&rhs.translation), self.log_scale + rhs.log_scale)
+        let rotation = self.rotation().compose(&rhs.rotation());
+        Self::new(rotation, self.act(&rhs.translation()), self.log_scale() + rhs.log_scale())
     }
     #[inline]
     fn inverse(&self) -> Self {
-        let (rotation, log_scale) = (self.rotation.inverse(), -self.log_scale);
-        Self::new(rotation, -rotation.act(&self.translation) * log_scale.simd_exp(), log_scale)
+        let (rotation, log_scale) = (self.rotation().inverse(), -self.log_scale());
+        Self::new(rotation, -rotation.act(&self.translation()) * log_scale.simd_exp(), log_scale)
     }
     /// Subtracts the translations first: the error is relative to their difference, however far from the origin.
     #[inline]
     fn between(&self, other: &Self) -> Self {
-        let inverse = self.rotation.inverse();
-        let step = inverse.act(&(other.translation - self.translation)) * (-self.log_scale).simd_exp();
-        Self::new(inverse.compose(&other.rotation), step, other.log_scale - self.log_scale)
+        let inverse = self.rotation().inverse();
+        let step = inverse.act(&(other.translation() - self.translation())) * (-self.log_scale()).simd_exp();
+        Self::new(inverse.compose(&other.rotation()), step, other.log_scale() - self.log_scale())
     }
     #[inline]
     fn exp(tau: &Vector4<S>) -> Self {
@@ -159,14 +158,14 @@ impl<S: Real> LieGroup<4> for Sim2<S> {
     }
     #[inline]
     fn log(&self) -> Vector4<S> {
-        let z = Vector2::new(self.log_scale, self.rotation.angle());
-        let rho = over(&self.translation, &phi(&z).0);
+        let z = Vector2::new(self.log_scale(), self.rotation().angle());
+        let rho = over(&self.translation(), &phi(&z).0);
         Vector4::new(rho.x, rho.y, z.y, z.x)
     }
     #[inline]
     fn adjoint(&self) -> Matrix4<S> {
-        let growth = Vector2::new(self.rotation.cos(), self.rotation.sin()) * self.scale();
-        block(&growth, &self.translation, S::one())
+        let growth = Vector2::new(self.rotation().cos(), self.rotation().sin()) * self.scale();
+        block(&growth, &self.translation(), S::one())
     }
     #[inline]
     fn small_adjoint(tau: &Vector4<S>) -> Matrix4<S> {
@@ -194,18 +193,18 @@ impl<S: Real> LieGroup<4> for Sim2<S> {
         Vector4::new(algebra.m13, algebra.m23, algebra.m21, algebra.m11)
     }
     fn map<T: Real>(&self, f: impl Fn(S) -> T) -> Sim2<T> {
-        Sim2::new(self.rotation.map(&f), self.translation.map(&f), f(self.log_scale))
+        Sim2::new(self.rotation().map(&f), self.translation().map(&f), f(self.log_scale()))
     }
 }
 
 impl<S: Real> Action<4, 2> for Sim2<S> {
     #[inline]
     fn act(&self, p: &Vector2<S>) -> Vector2<S> {
-        self.rotation.act(p) * self.scale() + self.translation
+        self.rotation().act(p) * self.scale() + self.translation()
     }
     #[inline]
     fn linear_part(&self) -> Matrix2<S> {
-        self.rotation.to_matrix() * self.scale()
+        self.rotation().to_matrix() * self.scale()
     }
     #[inline]
     fn generators_at(p: &Vector2<S>) -> SMatrix<S, 2, 4> {
@@ -214,7 +213,7 @@ impl<S: Real> Action<4, 2> for Sim2<S> {
     }
     #[inline]
     fn act_direction(&self, d: &Vector2<S>) -> Vector2<S> {
-        self.rotation.act(d) * self.scale()
+        self.rotation().act(d) * self.scale()
     }
 }
 

@@ -37,18 +37,17 @@ use core::ops::Mul;
 use nalgebra::{Matrix3, Matrix4, SMatrix, SVector, Vector3};
 
 /// A similarity of space: rotation, translation and scale.
-#[derive(Clone, Copy, Debug)]
-pub struct Sim3<S = f64> {
-    rotation: SO3<S>,
-    translation: Vector3<S>,
-    log_scale: S,
-}
+#[derive(Clone, Copy)]
+#[cfg_attr(feature = "bytemuck", derive(bytemuck::TransparentWrapper))]
+#[repr(transparent)]
+pub struct Sim3<S = f64>(pub(in crate::lie) [S; 8]);
 
 impl<S: Real> Sim3<S> {
     /// The similarity p ↦ e^`log_scale`·`rotation`·p + `translation`.
     #[inline]
     pub fn new(rotation: SO3<S>, translation: Vector3<S>, log_scale: S) -> Self {
-        Self { rotation, translation, log_scale }
+        let ([x, y, z], [i, j, k, w]) = (translation.into(), rotation.0);
+        Self([x, y, z, i, j, k, w, log_scale])
     }
 
     /// The similarity p ↦ `scale`·`rotation`·p + `translation`.
@@ -84,37 +83,39 @@ impl<S: Real> Sim3<S> {
     /// R.
     #[inline]
     pub fn rotation(&self) -> SO3<S> {
-        self.rotation
+        let [_, _, _, x, y, z, w, _] = self.0;
+        SO3([x, y, z, w])
     }
 
     /// t, in metres of the parent frame.
     #[inline]
     pub fn translation(&self) -> Vector3<S> {
-        self.translation
+        let [x, y, z, ..] = self.0;
+        Vector3::new(x, y, z)
     }
 
     /// s = e^σ > 0: lengths in the parent frame over lengths in the local one.
     #[inline]
     pub fn scale(&self) -> S {
-        self.log_scale.simd_exp()
+        self.log_scale().simd_exp()
     }
 
     /// σ = ln s.
     #[inline]
     pub fn log_scale(&self) -> S {
-        self.log_scale
+        self.0[7]
     }
 
     /// The homogeneous 4×4 matrix \[sR t; 0 1\].
     pub fn to_matrix(&self) -> Matrix4<S> {
         let mut m = self.linear_part().to_homogeneous();
-        m.fixed_view_mut::<3, 1>(0, 3).copy_from(&self.translation);
+        m.fixed_view_mut::<3, 1>(0, 3).copy_from(&self.translation());
         m
     }
 
     /// The same similarity with the rotation at unit norm to the last digit.
     pub fn normalize(&self) -> Self {
-        Self::new(self.rotation.normalize(), self.translation, self.log_scale)
+        Self::new(self.rotation().normalize(), self.translation(), self.log_scale())
     }
 }
 
@@ -149,9 +150,9 @@ fn parts<S: Real>(tau: &SVector<S, 7>) -> (Vector3<S>, Vector3<S>, S) {
 
 impl<S: Real> PartialEq for Sim3<S> {
     fn eq(&self, other: &Self) -> bool {
-        self.rotation == other.rotation
-            && self.translation == other.translation
-            && self.log_scale == other.log_scale
+        self.rotation() == other.rotation()
+            && self.translation() == other.translation()
+            && self.log_scale() == other.log_scale()
     }
 }
 
@@ -166,20 +167,20 @@ impl<S: Real> LieGroup<7> for Sim3<S> {
     }
     #[inline]
     fn compose(&self, rhs: &Self) -> Self {
-        let rotation = self.rotation.compose(&rhs.rotation);
-        Self::new(rotation, self.act(&rhs.translation), self.log_scale + rhs.log_scale)
+        let rotation = self.rotation().compose(&rhs.rotation());
+        Self::new(rotation, self.act(&rhs.translation()), self.log_scale() + rhs.log_scale())
     }
     #[inline]
     fn inverse(&self) -> Self {
-        let (rotation, log_scale) = (self.rotation.inverse(), -self.log_scale);
-        Self::new(rotation, -rotation.act(&self.translation) * log_scale.simd_exp(), log_scale)
+        let (rotation, log_scale) = (self.rotation().inverse(), -self.log_scale());
+        Self::new(rotation, -rotation.act(&self.translation()) * log_scale.simd_exp(), log_scale)
     }
     /// Subtracts the translations first: the error is relative to their difference, however far from the origin.
     #[inline]
     fn between(&self, other: &Self) -> Self {
-        let inverse = self.rotation.inverse();
-        let step = inverse.act(&(other.translation - self.translation)) * (-self.log_scale).simd_exp();
-        Self::new(inverse.compose(&other.rotation), step, other.log_scale - self.log_scale)
+        let inverse = self.rotation().inverse();
+        let step = inverse.act(&(other.translation() - self.translation())) * (-self.log_scale()).simd_exp();
+        Self::new(inverse.compose(&other.rotation()), step, other.log_scale() - self.log_scale())
     }
     #[inline]
     fn exp(tau: &SVector<S, 7>) -> Self {
@@ -189,14 +190,14 @@ impl<S: Real> LieGroup<7> for Sim3<S> {
     }
     #[inline]
     fn log(&self) -> SVector<S, 7> {
-        let phi = self.rotation.log();
-        let growth = Growth::new(self.log_scale, phi.norm_squared());
-        let rho = growth.solve(&phi, &self.translation);
-        SVector::from([rho.x, rho.y, rho.z, phi.x, phi.y, phi.z, self.log_scale])
+        let phi = self.rotation().log();
+        let growth = Growth::new(self.log_scale(), phi.norm_squared());
+        let rho = growth.solve(&phi, &self.translation());
+        SVector::from([rho.x, rho.y, rho.z, phi.x, phi.y, phi.z, self.log_scale()])
     }
     #[inline]
     fn adjoint(&self) -> SMatrix<S, 7, 7> {
-        let (r, t) = (self.rotation.to_matrix(), self.translation);
+        let (r, t) = (self.rotation().to_matrix(), self.translation());
         block(&(r * self.scale()), &(skew(&t) * r), &-t, &r, S::one())
     }
     #[inline]
@@ -252,18 +253,18 @@ impl<S: Real> LieGroup<7> for Sim3<S> {
         SVector::from([m.m14, m.m24, m.m34, m.m32, m.m13, m.m21, m.m11])
     }
     fn map<T: Real>(&self, f: impl Fn(S) -> T) -> Sim3<T> {
-        Sim3::new(self.rotation.map(&f), self.translation.map(&f), f(self.log_scale))
+        Sim3::new(self.rotation().map(&f), self.translation().map(&f), f(self.log_scale()))
     }
 }
 
 impl<S: Real> Action<7, 3> for Sim3<S> {
     #[inline]
     fn act(&self, p: &Vector3<S>) -> Vector3<S> {
-        self.rotation.act(p) * self.scale() + self.translation
+        self.rotation().act(p) * self.scale() + self.translation()
     }
     #[inline]
     fn linear_part(&self) -> Matrix3<S> {
-        self.rotation.to_matrix() * self.scale()
+        self.rotation().to_matrix() * self.scale()
     }
     #[inline]
     fn generators_at(p: &Vector3<S>) -> SMatrix<S, 3, 7> {
@@ -274,7 +275,7 @@ impl<S: Real> Action<7, 3> for Sim3<S> {
     }
     #[inline]
     fn act_direction(&self, d: &Vector3<S>) -> Vector3<S> {
-        self.rotation.act(d) * self.scale()
+        self.rotation().act(d) * self.scale()
     }
 }
 

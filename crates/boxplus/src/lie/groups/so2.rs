@@ -18,17 +18,16 @@ use core::ops::Mul;
 use nalgebra::{Matrix2, SMatrix, SVector, SimdComplexField, Vector1, Vector2};
 
 /// A rotation of the plane.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SO2<S = f64> {
-    cos: S,
-    sin: S,
-}
+#[derive(Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "bytemuck", derive(bytemuck::TransparentWrapper))]
+#[repr(transparent)]
+pub struct SO2<S = f64>(pub(in crate::lie) [S; 2]);
 
 impl<S: Real> SO2<S> {
     /// The rotation by `angle` radians, counter-clockwise.
     pub fn from_angle(angle: S) -> Self {
         let (sin, cos) = angle.simd_sin_cos();
-        Self { cos, sin }
+        Self::from_unit(cos, sin)
     }
 
     /// The rotation whose cosine and sine have the ratio of the arguments, which are scaled to unit norm.
@@ -44,7 +43,7 @@ impl<S: Real> SO2<S> {
             return Err(LieError::Zero);
         }
         let scale = S::lit(largest); // so that no square over- or underflows
-        Ok(Self { cos: cos / scale, sin: sin / scale }.normalize())
+        Ok(Self::from_unit(cos / scale, sin / scale).normalize())
     }
 
     /// The rotation of a 2×2 matrix.
@@ -80,33 +79,41 @@ impl<S: Real> SO2<S> {
 
     /// The angle in radians, in [−π, π].
     pub fn angle(&self) -> S {
-        self.sin.simd_atan2(self.cos)
+        S::polar_angle(self.sin(), self.cos())
     }
 
     /// cos θ.
+    #[inline]
     pub fn cos(&self) -> S {
-        self.cos
+        self.0[0]
     }
 
     /// sin θ.
+    #[inline]
     pub fn sin(&self) -> S {
-        self.sin
+        self.0[1]
     }
 
     /// The 2×2 matrix \[cos, −sin; sin, cos\].
     pub fn to_matrix(&self) -> Matrix2<S> {
-        Matrix2::new(self.cos, -self.sin, self.sin, self.cos)
+        Matrix2::new(self.cos(), -self.sin(), self.sin(), self.cos())
     }
 
     /// The same rotation at unit norm to the last digit. Products already hold it within 2ε.
     pub fn normalize(&self) -> Self {
-        let inverse_norm = S::one() / (self.cos * self.cos + self.sin * self.sin).simd_sqrt();
-        Self { cos: self.cos * inverse_norm, sin: self.sin * inverse_norm }
+        let inverse_norm = S::one() / (self.cos() * self.cos() + self.sin() * self.sin()).simd_sqrt();
+        Self::from_unit(self.cos() * inverse_norm, self.sin() * inverse_norm)
+    }
+
+    /// The rotation with this cosine and sine, of unit norm together.
+    #[inline]
+    pub(in crate::lie) fn from_unit(cos: S, sin: S) -> Self {
+        Self([cos, sin])
     }
 
     /// \[1\]× v = (−v₂, v₁), `v` turned by 90°.
     #[inline]
-    pub(super) fn turn(v: &Vector2<S>) -> Vector2<S> {
+    pub(in crate::lie) fn turn(v: &Vector2<S>) -> Vector2<S> {
         Vector2::new(-v.y, v.x)
     }
 }
@@ -118,19 +125,19 @@ impl<S: Real> LieGroup<1> for SO2<S> {
 
     #[inline]
     fn identity() -> Self {
-        Self { cos: S::one(), sin: S::zero() }
+        Self::from_unit(S::one(), S::zero())
     }
     #[inline]
     fn compose(&self, rhs: &Self) -> Self {
-        let cos = self.cos * rhs.cos - self.sin * rhs.sin;
-        let sin = self.cos * rhs.sin + self.sin * rhs.cos;
+        let cos = self.cos() * rhs.cos() - self.sin() * rhs.sin();
+        let sin = self.cos() * rhs.sin() + self.sin() * rhs.cos();
         // One Newton step towards unit norm: the error of a product is squared instead of handed on.
         let scale = S::lit(1.5) - S::lit(0.5) * (cos * cos + sin * sin);
-        Self { cos: cos * scale, sin: sin * scale }
+        Self::from_unit(cos * scale, sin * scale)
     }
     #[inline]
     fn inverse(&self) -> Self {
-        Self { cos: self.cos, sin: -self.sin }
+        Self::from_unit(self.cos(), -self.sin())
     }
     #[inline]
     fn exp(tau: &SVector<S, 1>) -> Self {
@@ -163,14 +170,14 @@ impl<S: Real> LieGroup<1> for SO2<S> {
         Vector1::new(algebra.m21)
     }
     fn map<T: Real>(&self, f: impl Fn(S) -> T) -> SO2<T> {
-        SO2 { cos: f(self.cos), sin: f(self.sin) }
+        SO2(self.0.map(f))
     }
 }
 
 impl<S: Real> Action<1, 2> for SO2<S> {
     #[inline]
     fn act(&self, p: &Vector2<S>) -> Vector2<S> {
-        Vector2::new(self.cos * p.x - self.sin * p.y, self.sin * p.x + self.cos * p.y)
+        Vector2::new(self.cos() * p.x - self.sin() * p.y, self.sin() * p.x + self.cos() * p.y)
     }
     #[inline]
     fn linear_part(&self) -> Matrix2<S> {

@@ -25,11 +25,10 @@ use core::ops::Mul;
 use nalgebra::{Matrix3, Matrix4, SMatrix, SimdComplexField, Vector3};
 
 /// A rotation of space.
-#[derive(Clone, Copy, Debug)]
-pub struct SO3<S = f64> {
-    v: Vector3<S>,
-    w: S,
-}
+#[derive(Clone, Copy)]
+#[cfg_attr(feature = "bytemuck", derive(bytemuck::TransparentWrapper))]
+#[repr(transparent)]
+pub struct SO3<S = f64>(pub(in crate::lie) [S; 4]);
 
 /// Largest entry of |RᵀR − I| accepted as rounding: six printed decimals leave up to 2√3·5·10⁻⁷ ≈ 2·10⁻⁶.
 const ROTATION_TOLERANCE: f64 = 1e-5;
@@ -49,7 +48,7 @@ impl<S: Real> SO3<S> {
             return Err(LieError::Zero);
         }
         let scale = S::lit(largest); // so that no square over- or underflows
-        Ok(Self { v: Vector3::new(x, y, z) / scale, w: w / scale }.normalize())
+        Ok(Self::from_unit(Vector3::new(x, y, z) / scale, w / scale).normalize())
     }
 
     /// The rotation of the quaternion w + x·i + y·j + z·k, of any norm but 0.
@@ -97,7 +96,7 @@ impl<S: Real> SO3<S> {
     /// The unit quaternion as \[x, y, z, w\]; its sign is arbitrary.
     #[inline]
     pub fn quaternion_xyzw(&self) -> [S; 4] {
-        [self.v.x, self.v.y, self.v.z, self.w]
+        self.0
     }
 
     /// The 3×3 rotation matrix.
@@ -124,8 +123,8 @@ impl<S: Real> SO3<S> {
     /// The same rotation at unit norm to the last digit. Products already hold it within 2ε.
     #[inline]
     pub fn normalize(&self) -> Self {
-        let inverse_norm = S::one() / (self.v.norm_squared() + self.w * self.w).simd_sqrt();
-        Self { v: self.v * inverse_norm, w: self.w * inverse_norm }
+        let inverse_norm = S::one() / (self.v().norm_squared() + self.w() * self.w()).simd_sqrt();
+        Self::from_unit(self.v() * inverse_norm, self.w() * inverse_norm)
     }
 
     /// The logarithm nearest to `reference` among φ·(1 + 2πk/θ), k integer: follows a rotation through θ = π, 2π, ….
@@ -145,11 +144,28 @@ impl<S: Real> SO3<S> {
         phi + axis * S::lit(turn * (along / turn).simd_round())
     }
 
+    /// The rotation of v·(i, j, k) + w, which is of unit norm.
+    #[inline]
+    pub(in crate::lie) fn from_unit(v: Vector3<S>, w: S) -> Self {
+        Self([v.x, v.y, v.z, w])
+    }
+
+    #[inline]
+    fn v(&self) -> Vector3<S> {
+        let [x, y, z, _] = self.0;
+        Vector3::new(x, y, z)
+    }
+
+    #[inline]
+    fn w(&self) -> S {
+        self.0[3]
+    }
+
     /// Exp φ together with the Stumpff functions at |φ|²/4, from which those at |φ|² follow.
     #[inline]
     pub(super) fn exp_half(phi: &Vector3<S>) -> (Self, Stumpff<S>) {
         let half = Stumpff::new(phi.norm_squared() * S::lit(0.25));
-        (Self { v: phi * (half.c1 * S::lit(0.5)), w: half.c0 }, half)
+        (Self::from_unit(phi * (half.c1 * S::lit(0.5)), half.c0), half)
     }
 }
 
@@ -275,7 +291,7 @@ fn log_factor<S: Real>(n2: S, w: S) -> S {
         },
         || {
             let n = n2.simd_sqrt();
-            n.simd_atan2(w) * S::lit(2.0) / n
+            S::polar_angle(n, w) * S::lit(2.0) / n
         },
     )
 }
@@ -283,7 +299,7 @@ fn log_factor<S: Real>(n2: S, w: S) -> S {
 /// Two quaternions of one rotation are equal: q = −q.
 impl<S: Real> PartialEq for SO3<S> {
     fn eq(&self, other: &Self) -> bool {
-        (self.v == other.v && self.w == other.w) || (self.v == -other.v && self.w == -other.w)
+        (self.v() == other.v() && self.w() == other.w()) || (self.v() == -other.v() && self.w() == -other.w())
     }
 }
 
@@ -294,19 +310,19 @@ impl<S: Real> LieGroup<3> for SO3<S> {
 
     #[inline]
     fn identity() -> Self {
-        Self { v: Vector3::zeros(), w: S::one() }
+        Self::from_unit(Vector3::zeros(), S::one())
     }
     #[inline]
     fn compose(&self, rhs: &Self) -> Self {
-        let v = self.v.cross(&rhs.v) + rhs.v * self.w + self.v * rhs.w;
-        let w = self.w * rhs.w - self.v.dot(&rhs.v);
+        let v = self.v().cross(&rhs.v()) + rhs.v() * self.w() + self.v() * rhs.w();
+        let w = self.w() * rhs.w() - self.v().dot(&rhs.v());
         // One Newton step towards unit norm: the error of a product is squared instead of handed on.
         let scale = S::lit(1.5) - S::lit(0.5) * (v.norm_squared() + w * w);
-        Self { v: v * scale, w: w * scale }
+        Self::from_unit(v * scale, w * scale)
     }
     #[inline]
     fn inverse(&self) -> Self {
-        Self { v: -self.v, w: self.w }
+        Self::from_unit(-self.v(), self.w())
     }
     #[inline]
     fn exp(phi: &Vector3<S>) -> Self {
@@ -314,12 +330,16 @@ impl<S: Real> LieGroup<3> for SO3<S> {
     }
     #[inline]
     fn log(&self) -> Vector3<S> {
-        let sign = S::choose(self.w.value() < 0.0, || -S::one(), || S::one());
-        self.v * (sign * log_factor(self.v.norm_squared(), self.w * sign))
+        let sign = S::choose(self.w().value() < 0.0, || -S::one(), || S::one());
+        self.v() * (sign * log_factor(self.v().norm_squared(), self.w() * sign))
     }
     #[inline]
     fn adjoint(&self) -> Matrix3<S> {
         self.to_matrix()
+    }
+    #[inline]
+    fn adjoint_times(&self, phi: &Vector3<S>) -> Vector3<S> {
+        self.act(phi)
     }
     #[inline]
     fn small_adjoint(phi: &Vector3<S>) -> Matrix3<S> {
@@ -335,6 +355,10 @@ impl<S: Real> LieGroup<3> for SO3<S> {
         polynomial(phi, S::lit(0.5), Stumpff::new(phi.norm_squared()).d())
     }
     #[inline]
+    fn right_jacobian_derivative(phi: &Vector3<S>, delta: &Vector3<S>) -> Matrix3<S> {
+        super::second::so3(phi, delta)
+    }
+    #[inline]
     fn log_jacs(&self) -> (Vector3<S>, Matrix3<S>, Matrix3<S>) {
         let phi = self.log();
         let right = Self::right_jacobian_inverse(&phi);
@@ -347,16 +371,16 @@ impl<S: Real> LieGroup<3> for SO3<S> {
         Vector3::new(algebra.m32, algebra.m13, algebra.m21)
     }
     fn map<T: Real>(&self, f: impl Fn(S) -> T) -> SO3<T> {
-        SO3 { v: self.v.map(&f), w: f(self.w) }
+        SO3(self.0.map(f))
     }
 }
 
 impl<S: Real> Action<3, 3> for SO3<S> {
     #[inline]
     fn act(&self, p: &Vector3<S>) -> Vector3<S> {
-        let t = self.v.cross(p);
+        let t = self.v().cross(p);
         let t = t + t;
-        p + t * self.w + self.v.cross(&t)
+        p + t * self.w() + self.v().cross(&t)
     }
     #[inline]
     fn linear_part(&self) -> Matrix3<S> {

@@ -189,6 +189,7 @@ fn adjoint<G: LieGroup<D>, const D: usize>(s: &Sample<G, D>) -> Verdict {
     close("Ad_{XY} = Ad_X·Ad_Y", &x.compose(y).adjoint(), &(ad_x * y.adjoint()), bound)?;
     close("Ad_{X⁻¹}·Ad_X = I", &(x.inverse().adjoint() * ad_x), &SMatrix::identity(), bound)?;
     same("X·Exp(τ) = Exp(Ad_X τ)·X", &x.rplus(b), &x.lplus(&(ad_x * b)), bound)?;
+    close("Ad_X τ without the matrix", &x.adjoint_times(b), &(ad_x * b), bound)?;
     let brackets = (ad_x * G::bracket(b, c), G::bracket(&(ad_x * b), &(ad_x * c)));
     close("Ad_X[b, c] = [Ad_X b, Ad_X c]", &brackets.0, &brackets.1, bound * s.scale)?;
     close("Ad_{Exp τ} = Σ adᵏ/k!", &ad_x, &power_series(&ad, 0), bound)
