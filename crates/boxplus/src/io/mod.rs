@@ -6,6 +6,8 @@
 //! | [TORO](Format::Toro) | `VERTEX2`, `VERTEX3` | `EDGE2`, `EDGE3` |
 //! | [iSAM](Format::Isam) | none | `ODOMETRY`, `EDGE2`, `EDGE3`, `LANDMARK`, `POINT3`, with the square root of the information |
 //!
+//! Clouds of points have files of their own, [`cloud`].
+//!
 //! Lines with other tags are kept in [`PoseGraph::other`]. Comments (`#` at the start of a line) are dropped.
 //!
 //! ```
@@ -20,6 +22,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod cloud;
 mod elements;
 mod error;
 mod g2o;

@@ -2,6 +2,5 @@
 
 pub(crate) mod cholesky;
 pub(crate) mod evaluate;
-mod pool;
 pub(crate) mod structure;
 pub(crate) mod vector;
