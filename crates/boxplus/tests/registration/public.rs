@@ -31,12 +31,12 @@ fn the_scans_of_small_gicp_meet_where_its_authors_say() {
     let numbers: Vec<f64> = text.unwrap().split_whitespace().map(|x| x.parse().unwrap()).collect();
     let truth = SE3::project(&Matrix4::from_row_slice(&numbers)).unwrap();
     let (source, target) = (scan(&source, 0.25), scan(&target, 0.25));
-    // The reference has been printed with six digits, and comes from scans that are not of one instant. Points of two rings of a
-    // lidar are not the same points, which point to point takes them to be.
+    // The reference has six digits and comes from scans that are not of one instant: its authors' own program ends 0.007 m and
+    // 5.8 mrad from it, point to plane 0.015 m and 2.4 mrad, point to point 0.033 m and 4.1 mrad.
     for (method, metres, radians) in [
         (Method::PointToPoint, 0.10, 1e-2),
-        (Method::PointToPlane, 0.02, 1e-3),
-        (Method::Generalised, 0.02, 1e-3),
+        (Method::PointToPlane, 0.04, 5e-3),
+        (Method::Generalised, 0.04, 5e-3),
     ] {
         let options = Icp { method, ..Icp::default() };
         let found = source.align(&target, &SE3::identity(), &options).unwrap();
