@@ -5,8 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules in reading order.
-const ORDER: [&str; 8] =
-    ["lie", "uncertainty", "trajectory", "filter", "graph", "pose_graph", "recording", "io"];
+const ORDER: [&str; 9] =
+    ["lie", "uncertainty", "registration", "trajectory", "filter", "graph", "pose_graph", "recording", "io"];
 
 fn sources(folder: &Path) -> Vec<PathBuf> {
     let mut found = vec![];
