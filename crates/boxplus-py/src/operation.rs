@@ -97,10 +97,9 @@ impl Operation {
         let mut results =
             results.into_iter().zip(self.frozen).map(|(array, frozen)| finished(array, *frozen));
         match (self.outputs, results.next()) {
-            ([_], Some(result)) => result,
+            ([_], Some(result)) => Ok(result),
             (_, first) => {
-                Ok(PyTuple::new(py, first.into_iter().chain(results).collect::<PyResult<Vec<_>>>()?)?
-                    .into_any())
+                Ok(PyTuple::new(py, first.into_iter().chain(results).collect::<Vec<_>>())?.into_any())
             }
         }
     }
@@ -168,13 +167,13 @@ fn zeros<'py>(py: Python<'py>, batch: &[usize], shape: &[usize]) -> PyResult<PyR
     Ok(PyArrayDyn::zeros(py, IxDyn(&shape), false).try_readwrite()?)
 }
 
-fn finished(array: PyReadwriteArrayDyn<'_, f64>, frozen: bool) -> PyResult<Bound<'_, PyAny>> {
+fn finished(array: PyReadwriteArrayDyn<'_, f64>, frozen: bool) -> Bound<'_, PyAny> {
     if frozen {
-        return Ok(array.make_nonwriteable().as_any().clone());
+        return array.make_nonwriteable().as_any().clone();
     }
     match array.get(IxDyn(&[])) {
-        Some(number) => Ok(PyFloat::new(array.py(), *number).into_any()),
-        None => Ok(array.as_any().clone()),
+        Some(number) => PyFloat::new(array.py(), *number).into_any(),
+        None => array.as_any().clone(),
     }
 }
 
@@ -234,6 +233,7 @@ macro_rules! operations {
             $($name: $crate::operation::Operation,)*
         }
 
+        #[allow(clippy::wrong_self_convention)] // `self` is the table, not an element.
         #[pyo3::pymethods]
         impl $table {
             $(fn $name<'py>(

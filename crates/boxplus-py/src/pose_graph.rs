@@ -1,4 +1,5 @@
 //! Pose graphs: from arrays and files, to their optimum.
+#![allow(clippy::needless_pass_by_value)] // Arguments of Python are handed over.
 
 use crate::argument::Argument;
 use crate::error::{GraphError, ReadError, ShapeError};
@@ -310,13 +311,11 @@ fn report<'py>(py: Python<'py>, solved: &Solved) -> PyResult<Bound<'py, PyDict>>
 }
 
 fn refused(error: &PoseGraphError) -> PyErr {
-    let faults = match error {
-        PoseGraphError::Faulty { faults } => {
-            faults.iter().skip(1).take(9).map(|fault| format!("\n{fault}")).collect()
-        }
-        _ => String::new(),
-    };
-    GraphError::new_err(format!("{error}{faults}"))
+    let mut lines = vec![error.to_string()];
+    if let PoseGraphError::Faulty { faults } = error {
+        lines.extend(faults.iter().skip(1).take(9).map(ToString::to_string));
+    }
+    GraphError::new_err(lines.join("\n"))
 }
 
 /// The rows of an array (N, …).

@@ -10,7 +10,47 @@ _Floats: TypeAlias = npt.NDArray[np.float64]
 _Scalars: TypeAlias = float | npt.NDArray[np.float64]
 _Ids: TypeAlias = npt.NDArray[np.uint64]
 
-__all__: list[str]
+__all__ = [
+    "Error",
+    "GraphError",
+    "Group",
+    "LieError",
+    "Matrices",
+    "NotFiniteError",
+    "PoseGraph",
+    "R1",
+    "R2",
+    "R3",
+    "R4",
+    "R5",
+    "R6",
+    "ReadError",
+    "Rotations",
+    "SE2",
+    "SE23",
+    "SE23_matrices",
+    "SE2_matrices",
+    "SE3",
+    "SE3_matrices",
+    "SGal3",
+    "SGal3_matrices",
+    "SO2",
+    "SO2_matrices",
+    "SO3",
+    "SO3_matrices",
+    "ShapeError",
+    "Sim2",
+    "Sim2_matrices",
+    "Sim3",
+    "Sim3_matrices",
+    "UncertaintyError",
+    "__version__",
+    "from_euler",
+    "from_euler_jac",
+    "rotations",
+    "to_euler",
+    "to_euler_jac",
+]
 __version__: str
 
 class Error(ValueError):
