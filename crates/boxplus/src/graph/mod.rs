@@ -71,6 +71,7 @@ pub use variable::{GroupVariable, JacobianBlock, Located, TangentResidual, Varia
 use core::ops::ControlFlow;
 use std::collections::HashMap;
 
+use linear::analyses::Analyses;
 use linear::evaluate::Evaluator;
 use set::{AnySet, FactorSet};
 use values::State;
@@ -79,6 +80,7 @@ use values::State;
 #[derive(Default)]
 pub struct Graph {
     sets: Vec<Box<dyn AnySet>>,
+    analyses: Analyses,
 }
 
 impl Graph {
@@ -189,7 +191,7 @@ impl Graph {
         if let Some(factor) = self.first_not_finite(initial, cost) {
             return Err(GraphError::ResidualNotFinite { factor });
         }
-        solve::optimize(&self.sets, (initial, cost), options, observer)
+        solve::optimize((&self.sets, &self.analyses), (initial, cost), options, observer)
     }
 
     /// Covariances of the variables at `values`, the estimate.
@@ -199,7 +201,7 @@ impl Graph {
     /// [`GraphError::IllConditioned`], [`GraphError::OutOfMemory`].
     pub fn marginals(&self, values: &Values) -> Result<Marginals, GraphError> {
         self.check(values)?;
-        Marginals::new(&self.sets, values)
+        Marginals::new(&self.sets, values, &self.analyses)
     }
 
     fn set_mut<F: Factor<R>, const R: usize>(&mut self) -> (usize, &mut FactorSet<F, R>) {

@@ -1,6 +1,8 @@
 //! The linear problem behind each step: assembled block by block, factorised front by front.
 
+pub(crate) mod analyses;
 pub(crate) mod cholesky;
+mod dissection;
 pub(crate) mod evaluate;
 mod kernels;
 mod ordering;
