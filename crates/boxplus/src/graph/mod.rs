@@ -243,12 +243,12 @@ impl Graph {
             if let Some(kernel) = set.invalid_kernel() {
                 return Err(GraphError::InvalidKernel { kernel });
             }
-            for factor in 0..set.len() {
-                for ((kind, name), &slot) in set.kinds().iter().zip(set.kind_names()).zip(set.slots(factor)) {
-                    let id = VariableId { kind: kind(), slot };
-                    match values.state(id) {
+            for (place, (kind, name)) in set.kinds().iter().zip(set.kind_names()).enumerate() {
+                let state_of = values.states(kind());
+                for slot in (0..set.len()).map(|factor| set.slots(factor)[place]) {
+                    match state_of(slot) {
                         Some(State::Finite) => {}
-                        Some(state) => drop(states.insert(id, state)),
+                        Some(state) => drop(states.insert(VariableId { kind: kind(), slot }, state)),
                         None => return Err(GraphError::ForeignKey { kind: name, number: slot }),
                     }
                 }

@@ -4,7 +4,7 @@ pub(crate) mod analyses;
 pub(crate) mod cholesky;
 mod dissection;
 pub(crate) mod evaluate;
-mod kernels;
+pub(crate) mod kernels;
 mod ordering;
 pub(crate) mod pattern;
 mod plan;
