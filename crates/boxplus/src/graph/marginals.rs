@@ -5,6 +5,7 @@ use nalgebra::DMatrix;
 use super::GraphError;
 use super::diagnose::{scale, weakest};
 use super::gauge;
+use super::linear::analyses::Analyses;
 use super::linear::cholesky::Cholesky;
 use super::linear::evaluate::Evaluator;
 use super::linear::structure::Structure;
@@ -30,10 +31,14 @@ pub struct Marginals {
 }
 
 impl Marginals {
-    pub(super) fn new(sets: &[Box<dyn AnySet>], values: &Values) -> Result<Self, GraphError> {
+    pub(super) fn new(
+        sets: &[Box<dyn AnySet>],
+        values: &Values,
+        analyses: &Analyses,
+    ) -> Result<Self, GraphError> {
         let mut values = values.clone();
         let gauge = gauge::fix(sets, &mut values).iter().map(|&id| values.name(id)).collect();
-        let structure = Structure::new(sets, &values)?;
+        let structure = Structure::new(sets, &values, analyses)?;
         let mut normal = structure.normal();
         let mut evaluator = Evaluator::new(sets, 1);
         evaluator.linearise(&values, &structure, &mut normal);

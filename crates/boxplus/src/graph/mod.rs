@@ -70,6 +70,7 @@ pub use variable::{GroupVariable, JacobianBlock, Located, TangentResidual, Varia
 use core::ops::ControlFlow;
 use std::collections::HashMap;
 
+use linear::analyses::Analyses;
 use linear::evaluate::Evaluator;
 use set::{AnySet, FactorSet};
 use values::State;
@@ -78,6 +79,7 @@ use values::State;
 #[derive(Default)]
 pub struct Graph {
     sets: Vec<Box<dyn AnySet>>,
+    analyses: Analyses,
 }
 
 impl Graph {
@@ -188,7 +190,7 @@ impl Graph {
         if let Some(factor) = self.first_not_finite(initial, cost) {
             return Err(GraphError::ResidualNotFinite { factor });
         }
-        solve::optimize(&self.sets, (initial, cost), options, observer)
+        solve::optimize((&self.sets, &self.analyses), (initial, cost), options, observer)
     }
 
     /// Covariances of the variables at `values`, the estimate.
@@ -198,7 +200,7 @@ impl Graph {
     /// [`GraphError::IllConditioned`], [`GraphError::OutOfMemory`].
     pub fn marginals(&self, values: &Values) -> Result<Marginals, GraphError> {
         self.check(values)?;
-        Marginals::new(&self.sets, values)
+        Marginals::new(&self.sets, values, &self.analyses)
     }
 
     fn set_mut<F: Factor<R>, const R: usize>(&mut self) -> (usize, &mut FactorSet<F, R>) {
@@ -240,12 +242,12 @@ impl Graph {
             if let Some(kernel) = set.invalid_kernel() {
                 return Err(GraphError::InvalidKernel { kernel });
             }
-            for factor in 0..set.len() {
-                for ((kind, name), &slot) in set.kinds().iter().zip(set.kind_names()).zip(set.slots(factor)) {
-                    let id = VariableId { kind: kind(), slot };
-                    match values.state(id) {
+            for (place, (kind, name)) in set.kinds().iter().zip(set.kind_names()).enumerate() {
+                let state_of = values.states(kind());
+                for slot in (0..set.len()).map(|factor| set.slots(factor)[place]) {
+                    match state_of(slot) {
                         Some(State::Finite) => {}
-                        Some(state) => drop(states.insert(id, state)),
+                        Some(state) => drop(states.insert(VariableId { kind: kind(), slot }, state)),
                         None => return Err(GraphError::ForeignKey { kind: name, number: slot }),
                     }
                 }
