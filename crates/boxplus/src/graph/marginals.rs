@@ -8,6 +8,7 @@ use super::gauge;
 use super::linear::cholesky::Cholesky;
 use super::linear::evaluate::Evaluator;
 use super::linear::structure::Structure;
+use super::minimum_norm::MinimumNorm;
 use super::names::VariableName;
 use super::set::AnySet;
 use super::values::{Key, Values, VariableId};
@@ -21,7 +22,7 @@ const COLUMNS: usize = 16;
 /// Every covariance is on the **local (right) side**, X = X̄·Exp(ξ), ξ ~ N(0, Σ), in the order of the tangent (metres
 /// before radians); [`Self::covariance_global`] has the other side (Solà et al. (2018) (54)). Held variables are known exactly:
 /// their covariance is zero. Where the graph has no held variable and no prior, all is relative to
-/// [`Marginals::gauge`].
+/// [`Marginals::gauge`], or, made by [`Graph::marginals_of_minimum_norm`](super::Graph::marginals_of_minimum_norm), to none.
 pub struct Marginals {
     structure: Structure,
     /// Of S·H·S, whose diagonal is one.
@@ -30,6 +31,8 @@ pub struct Marginals {
     scale: Vec<f64>,
     values: Values,
     gauge: Vec<VariableName>,
+    /// Where no variable is held for the gauge.
+    free: Option<MinimumNorm>,
 }
 
 impl Marginals {
@@ -46,10 +49,33 @@ impl Marginals {
         }
         let mut cholesky = Cholesky::new(&structure.pattern, COLUMNS)?;
         cholesky.factorise(&structure.pattern, &scaled).map_err(|_| GraphError::IllConditioned)?;
-        Ok(Self { structure, cholesky, scale, values, gauge })
+        Ok(Self { structure, cholesky, scale, values, gauge, free: None })
     }
 
-    /// What was held for lack of any held variable or prior: its covariance is zero, and all others are relative to it.
+    /// The same without a gauge; see [`MinimumNorm`].
+    pub(super) fn of_minimum_norm(sets: &[Box<dyn AnySet>], values: &Values) -> Result<Self, GraphError> {
+        let held = Self::new(sets, values)?; // with a gauge held, all else must be determined
+        let mut fixed = values.clone();
+        let pinned = gauge::fix(sets, &mut fixed);
+        if pinned.is_empty() {
+            return Ok(held);
+        }
+        let structure = Structure::new(sets, values)?;
+        let mut normal = structure.normal();
+        Evaluator::new(sets, 1).linearise(values, &structure, &mut normal);
+        let (mut scaled, scale) = scale(&structure, &normal);
+        for &id in &pinned {
+            let start = structure.offsets.get(id).ok_or(GraphError::IllConditioned)?;
+            structure.diagonal[start..start + values.dim(id)].iter().for_each(|&at| scaled[at] += 1.0);
+        }
+        let mut cholesky = Cholesky::new(&structure.pattern, COLUMNS)?;
+        cholesky.factorise(&structure.pattern, &scaled).map_err(|_| GraphError::IllConditioned)?;
+        let free = MinimumNorm::new(sets, values, (&structure, &scale), &mut cholesky, &pinned);
+        Ok(Self { structure, cholesky, scale, values: values.clone(), gauge: vec![], free: Some(free) })
+    }
+
+    /// What was held for lack of any held variable or prior: its covariance is zero, and all others are relative to it. Empty
+    /// for those of minimum norm.
     pub fn gauge(&self) -> &[VariableName] {
         &self.gauge
     }
@@ -106,7 +132,9 @@ impl Marginals {
             let Some(column) = *column else { continue };
             for (i, row) in rows.iter().enumerate() {
                 let Some(row) = *row else { continue };
-                covariance[(i, j)] = columns[k * size + row] * self.scale[row] * self.scale[column];
+                let correction = self.free.as_ref().map_or(0.0, |free| free.correction(row, column));
+                covariance[(i, j)] =
+                    columns[k * size + row] * self.scale[row] * self.scale[column] + correction;
             }
             k += 1;
         }
