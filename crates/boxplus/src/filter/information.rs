@@ -4,7 +4,7 @@ use super::model::{all_finite, observed, stepped};
 use super::{FilterError, Measurement, Motion};
 use crate::lie::{Jacobian, LieGroup, Real, Tangent};
 use crate::uncertainty::{Covariance, Gaussian, Local, Side, UncertaintyError};
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SMatrix;
 
 /// A belief by its information matrix Y = P⁻¹, which may say nothing in some directions.
 ///
@@ -12,11 +12,12 @@ use nalgebra::{SMatrix, SVector};
 /// measurements *add*: those of many sensors, or of other robots, are summed without an inverse, in any order.
 ///
 /// ```text
-/// update   Y ← Y + HᵀN⁻¹H      δ = Y⁻HᵀN⁻¹z      x ← x ⊞ δ      Y ← J⁻ᵀYJ⁻¹, J = J_r(δ) local, J_l(δ) global
+/// update   Y ← Y + HᵀN⁻¹H      δ = Y⁻HᵀN⁻¹z      x ← x ⊞ δ      Y ← J⁻ᵀYJ⁻¹, J = J_r(δ) local, J_l(δ) global; again from there
 /// predict  M = F⁻ᵀYF⁻¹         Y ← M − MB(I + BᵀMB)⁻¹BᵀM,       BBᵀ = GQGᵀ
 /// ```
 /// Barfoot (2024) §3.3.1 and, for the reset, Mueller, Hehn & D'Andrea (2017). Y⁻ is a generalised inverse: what no measurement has
-/// seen stays where it is. All is to first order, as in [`Ekf`](super::Ekf), and where Y is regular the numbers are the same.
+/// seen stays where it is. Where Y is regular the numbers are those of [`Ekf::iterated`](super::Ekf::iterated). It iterates for a reason: from a
+/// guess far off, a single step would mix directions that are known with those that are not.
 ///
 /// ```
 /// use boxplus::filter::{InformationBelief, PositionFix};
@@ -116,7 +117,7 @@ impl<G: LieGroup<D>, const D: usize, E: Side> InformationBelief<G, D, E> {
         }
     }
 
-    /// After a measurement, linearised at the mean.
+    /// After a measurement, linearised until it settles: a guess may be far off.
     ///
     /// # Errors
     /// [`FilterError::MeasurementNotFinite`]; [`FilterError::Singular`] where the sensor claims to be exact along a direction.
@@ -124,51 +125,82 @@ impl<G: LieGroup<D>, const D: usize, E: Side> InformationBelief<G, D, E> {
         &self,
         measurement: &Z,
     ) -> Result<Self, FilterError> {
-        let (matrix, vector) = self.contribution(measurement)?;
-        self.corrected(&(self.information + matrix), &vector)
+        self.settled(|x| contribution::<G, E, Z, D, M>(measurement, x))
     }
 
-    /// After several measurements of one kind, all linearised at the mean: their information is added.
+    /// After several measurements of one kind at once: their information is added.
     ///
     /// # Errors
     /// Those of [`InformationBelief::update`], of the first that fails.
     pub fn update_all<'a, Z: Measurement<G, D, M> + 'a, const M: usize>(
         &self,
-        measurements: impl IntoIterator<Item = &'a Z>,
+        measurements: impl IntoIterator<Item = &'a Z, IntoIter: Clone>,
     ) -> Result<Self, FilterError> {
-        let mut sum = (self.information, SVector::zeros());
-        for measurement in measurements {
-            let (matrix, vector) = self.contribution(measurement)?;
-            sum = (sum.0 + matrix, sum.1 + vector);
+        let measurements = measurements.into_iter();
+        self.settled(|x| {
+            measurements.clone().try_fold((Covariance::zero(), Tangent::zeros()), |(y, v), measurement| {
+                let (matrix, vector) = contribution::<G, E, Z, D, M>(measurement, x)?;
+                Ok((y + matrix, v + vector))
+            })
+        })
+    }
+
+    /// Gauss–Newton on what was known and what is `seen`, HᵀN⁻¹H and HᵀN⁻¹z at a point.
+    fn settled(
+        &self,
+        seen: impl Fn(&G) -> Result<(Covariance<D, G::Scalar>, Tangent<G::Scalar, D>), FilterError>,
+    ) -> Result<Self, FilterError> {
+        let mut x = self.mean;
+        for _ in 1..ITERATIONS {
+            let (next, squared_step) = self.stepped(&x, &seen)?;
+            // Half of the digits of a standard deviation.
+            if squared_step <= G::Scalar::EPSILON {
+                return Ok(next);
+            }
+            x = next.mean;
         }
-        self.corrected(&sum.0, &sum.1)
+        Ok(self.stepped(&x, &seen)?.0)
     }
 
-    /// `(HᵀN⁻¹H, HᵀN⁻¹z)`.
-    fn contribution<Z: Measurement<G, D, M>, const M: usize>(
+    /// The belief linearised at x, and the square of its step from there in standard deviations.
+    fn stepped(
         &self,
-        measurement: &Z,
-    ) -> Result<(Covariance<D, G::Scalar>, Tangent<G::Scalar, D>), FilterError> {
-        let (z, h) = observed::<G, E, Z, D, M>(measurement, &self.mean)?;
-        let noise = measurement.noise();
-        let weight = noise.information().map_err(|error| FilterError::of_inversion(&error))?;
-        let weight = Covariance::new(weight).map_err(|_| FilterError::CovarianceNotFinite)?;
-        Ok((weight.transformed(&h.transpose()), h.transpose() * weight.matrix() * z))
-    }
-
-    /// x ⊞ Y⁻·vector, and Y told about it.
-    fn corrected(
-        &self,
-        information: &Covariance<D, G::Scalar>,
-        vector: &Tangent<G::Scalar, D>,
-    ) -> Result<Self, FilterError> {
-        let delta = information.generalised_solve(vector);
+        x: &G,
+        seen: impl Fn(&G) -> Result<(Covariance<D, G::Scalar>, Tangent<G::Scalar, D>), FilterError>,
+    ) -> Result<(Self, f64), FilterError> {
+        // The prior's mean stands at −e of x, as J(e)·e = e on either side.
+        let e = E::error(x, &self.mean);
+        let prior = self.information.transformed(&E::jacobian_inverse::<G, D>(&e).transpose());
+        let (matrix, vector) = seen(x)?;
+        let information = prior + matrix;
+        let delta = information.generalised_solve(&(vector - prior.matrix() * e));
         if !all_finite(&delta) || !all_finite(information.matrix()) {
             return Err(FilterError::MeasurementNotFinite);
         }
+        let squared_step = delta.dot(&(information.matrix() * delta)).value();
         let back = E::jacobian_inverse::<G, D>(&delta);
-        Ok(Self::of(E::perturb(&self.mean, &delta), information.transformed(&back.transpose())))
+        let moved = Self::of(E::perturb(x, &delta), information.transformed(&back.transpose()));
+        Ok((moved, squared_step))
     }
+}
+
+/// Most linearisations of an update.
+const ITERATIONS: usize = 10;
+
+/// `(HᵀN⁻¹H, HᵀN⁻¹z)` at x.
+fn contribution<G, E, Z, const D: usize, const M: usize>(
+    measurement: &Z,
+    x: &G,
+) -> Result<(Covariance<D, G::Scalar>, Tangent<G::Scalar, D>), FilterError>
+where
+    G: LieGroup<D>,
+    E: Side,
+    Z: Measurement<G, D, M>,
+{
+    let (z, h) = observed::<G, E, Z, D, M>(measurement, x)?;
+    let weight = measurement.noise().information().map_err(|error| FilterError::of_inversion(&error))?;
+    let weight = Covariance::new(weight).map_err(|_| FilterError::CovarianceNotFinite)?;
+    Ok((weight.transformed(&h.transpose()), h.transpose() * weight.matrix() * z))
 }
 
 /// A⁻¹ by elimination with row pivots, if there is one.
