@@ -437,17 +437,17 @@ enum Aid {
 fn inertial(aid: Aid) -> World<InertialState, Inertial, Aid, 15, 12> {
     let noise =
         ImuNoise { gyroscope: 2e-3, accelerometer: 2e-2, gyroscope_bias: 1e-4, accelerometer_bias: 1e-3 };
-    let motion = SE23::new(SO3::identity(), Vector3::zeros(), vector![5.0, 0.0, 0.0]);
+    let motion = SE23::new(SO3::identity(), Vector3::zeros(), vector![1.0, 0.0, 0.0]);
     let unbiased = Rn::new(Vector3::zeros());
     let mean = InertialState { motion, gyroscope_bias: unbiased, accelerometer_bias: unbiased };
     World {
         start: Gaussian::new(mean, twice(&[0.5, 0.2, 0.3, 0.02, 0.1])),
         motion: Inertial::upright(noise),
         steps: 200,
-        // A circle of 12.5 m: the force points to its centre, and tells the heading to whoever sees velocities.
+        // A circle: the force points to its centre.
         input: |_| Imu {
             gyroscope: vector![0.0, 0.0, 0.4],
-            accelerometer: vector![0.0, 2.0, super::models::STANDARD_GRAVITY],
+            accelerometer: vector![0.0, 0.4, super::models::STANDARD_GRAVITY],
             duration: 0.05,
         },
         sensors: aid,
