@@ -2,7 +2,8 @@
 //!
 //! Brossard, Barrau & Bonnabel (2020) compare filters on poses as pairs of position and orientation, and on groups, from the left
 //! and from the right. Ours are printed with their standard errors beside the numbers of their documentation, which are averages of 100
-//! runs and scatter accordingly. The last row of a table is the filter we would take. NEES is divided by its dimension: 1 is
+//! runs and scatter accordingly. The last row of a table is the filter we would take, but for mapping,
+//! where the reset of the covariance hurts: `docs/consistency.md`. NEES is divided by its dimension: 1 is
 //! consistent, more is overconfident. A thousand runs are in `docs/consistency.md`.
 //!
 //! A count of runs may be given (default 20; a tenth of it for mapping), a seed, and the names of tables.
