@@ -251,8 +251,13 @@ impl Told<'_> {
             band: series.interval,
         });
         Chart {
-            title: self.options.simulation.description().to_owned(),
-            facts: format!("{}, {}", self.filter(), count(self.runs(), "run", "runs")),
+            title: format!("Consistency: {}", self.options.simulation),
+            facts: format!(
+                "{}; {}, {}",
+                self.options.simulation.description(),
+                self.filter(),
+                count(self.runs(), "run", "runs")
+            ),
             strips: strips.collect(),
         }
     }

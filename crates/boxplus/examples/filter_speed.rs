@@ -1,4 +1,5 @@
-//! How long does a step take? Nanoseconds of a prediction and of an update, on one core; run with `--release`.
+//! How long does a step take? Nanoseconds of a prediction and of an update, on one core; run with `--release`, on a quiet machine.
+//! Beside other crates, with instructions counted: `benches/filters`.
 #![expect(clippy::print_stdout, reason = "an example talks")]
 
 use boxplus::filter::{

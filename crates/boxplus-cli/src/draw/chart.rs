@@ -8,6 +8,7 @@ use svg::node::element::Title;
 use super::colour::{ELLIPSE, GRID, INK, LANDMARK, MUTED, PAPER, TRACK, fade};
 use super::page::{Anchor, FONTS, Type, line, path, rectangle, text};
 use super::window::Area;
+use crate::text::significant;
 
 const MARGIN: f64 = 40.0;
 const HEADER: f64 = 98.0;
@@ -87,9 +88,13 @@ impl Strip {
             .add(text(&self.heading, (area.x - AXIS, area.y - 10.0), Anchor::Start, HEADING))
             .add(text(&self.note, (right, area.y - 10.0), Anchor::End, NOTE))
             .add(rectangle(band, fade(LANDMARK, 0.82)));
-        for (value, label) in [(0.0, "0".to_owned()), (self.expected, format!("{}", self.expected))] {
+        for (value, label) in [
+            (0.0, "0".to_owned()),
+            (self.expected, significant(self.expected, 3)),
+            (top, significant(top, 2)),
+        ] {
             let y = height(value);
-            let colour = if value > 0.0 { LANDMARK } else { GRID };
+            let colour = if value == self.expected { LANDMARK } else { GRID };
             document = document.add(line((area.x, y), (right, y), colour, 1.0)).add(text(
                 &label,
                 (area.x - 8.0, y + 4.0),

@@ -178,6 +178,8 @@ pub struct Series {
     pub interval: [f64; 2],
     /// √ of the average of |error|² over all runs and times.
     pub rmse: f64,
+    /// Its standard error, from the scatter of the runs.
+    pub rmse_standard_error: f64,
     /// The same of each coordinate, in its own unit.
     pub rmse_of_coordinates: Vec<f64>,
     /// The average over the runs, time by time, as far as every run recorded it.
@@ -223,11 +225,10 @@ impl Series {
         let runs: Vec<&[Sample]> = recorded.iter().map(|run| run.samples.as_slice()).collect();
         let n = runs.len();
         let all: Vec<Sample> = runs.iter().flat_map(|run| run.iter().copied()).collect();
-        let mean = average(all.iter().map(|s| s.normalised));
-        // Weighted by length, so that the average of the runs is the average of all.
-        let scale = n as f64 / all.len() as f64;
-        let deviation = |run: &[Sample]| run.iter().map(|s| s.normalised - mean).sum::<f64>() * scale;
-        let scatter: f64 = runs.iter().map(|run| deviation(run) * deviation(run)).sum();
+        let of_runs = |value: fn(&Sample) -> f64| scattered(&runs, all.len(), value);
+        let (mean, standard_error) = of_runs(|s| s.normalised);
+        let (mean_square, square_error) = of_runs(|s| s.square);
+        let rmse = mean_square.sqrt();
         let times = runs.iter().map(|run| run.len()).min().unwrap_or(0);
         let at = |k: usize| runs.iter().map(move |run| run[k]);
         Ok(Self {
@@ -235,9 +236,11 @@ impl Series {
             dimension,
             runs: n,
             mean,
-            standard_error: if n > 1 { (scatter / (n * (n - 1)) as f64).sqrt() } else { f64::INFINITY },
+            standard_error,
             interval: ChiSquared::new(dimension * n).interval(p)?.map(|x| x / n as f64),
-            rmse: average(all.iter().map(|s| s.square)).sqrt(),
+            rmse,
+            // d√x = dx/2√x.
+            rmse_standard_error: 0.5 * square_error / rmse,
             rmse_of_coordinates: (0..dimension)
                 .map(|i| (recorded.iter().map(|run| run.squares[i]).sum::<f64>() / all.len() as f64).sqrt())
                 .collect(),
@@ -245,6 +248,17 @@ impl Series {
             rmse_by_time: (0..times).map(|k| average(at(k).map(|s| s.square)).sqrt()).collect(),
         })
     }
+}
+
+/// The average of all samples and its standard error, from the scatter of the runs: these are independent.
+fn scattered(runs: &[&[Sample]], samples: usize, value: fn(&Sample) -> f64) -> (f64, f64) {
+    let n = runs.len();
+    let mean = average(runs.iter().flat_map(|run| run.iter().map(value)));
+    // Weighted by length, so that the average of the runs is the average of all.
+    let scale = n as f64 / samples as f64;
+    let deviation = |run: &[Sample]| run.iter().map(|s| value(s) - mean).sum::<f64>() * scale;
+    let scatter: f64 = runs.iter().map(|run| deviation(run).powi(2)).sum();
+    (mean, if n > 1 { (scatter / (n * (n - 1)) as f64).sqrt() } else { f64::INFINITY })
 }
 
 fn average(values: impl Iterator<Item = f64>) -> f64 {

@@ -41,6 +41,9 @@
 //! | which filter? | [`Ekf::iterated`] where corrections are large, [`Ekf::default`] else; [`Ukf`] where no derivative is to be had |
 //! | which side? | the one on which errors move by themselves: see below |
 //! | a sensor of my own | [`Measurement`], a vehicle of my own: [`Motion`]; without algebra: `ByDuals` (feature `autodiff`) |
+//! | a vehicle told by a differential equation | [`Flow`], through [`Discretised`] |
+//! | nothing is known at the start; very many sensors | [`InformationBelief`] |
+//! | seven digits (`f32`), and a sensor far better than the prior | [`SquareRootBelief`] |
 //! | biases, calibration, several bodies | one [`bundle!`](crate::bundle), its fields measured through [`Part`] |
 //! | the whole past, not only now | [`Smoother`] |
 //! | measurements that come late | [`Replay`] |
@@ -79,10 +82,12 @@
 
 #[cfg(all(feature = "rand", feature = "std"))]
 mod consistency;
+mod continuous;
 #[cfg(feature = "autodiff")]
 mod duals;
 mod ekf;
 mod error;
+mod information;
 mod model;
 mod models;
 #[cfg(feature = "std")]
@@ -91,15 +96,18 @@ mod replay;
 mod simulations;
 #[cfg(feature = "std")]
 mod smooth;
+mod square_root;
 mod step;
 mod ukf;
 
 #[cfg(all(feature = "rand", feature = "std"))]
 pub use consistency::{ConsistencyError, MonteCarlo, Report, Run, Series, Verdict};
+pub use continuous::{Discretised, Flow};
 #[cfg(feature = "autodiff")]
 pub use duals::{ByDuals, SmoothMeasurement, SmoothMotion};
 pub use ekf::Ekf;
 pub use error::FilterError;
+pub use information::InformationBelief;
 pub use model::{Measurement, Motion, check_measurement, check_motion};
 pub use models::*;
 #[cfg(feature = "std")]
@@ -108,5 +116,6 @@ pub use replay::Replay;
 pub use simulations::{Rule, Simulation, Trial, UnknownSimulation};
 #[cfg(feature = "std")]
 pub use smooth::Smoother;
+pub use square_root::SquareRootBelief;
 pub use step::{Filter, Gate, Innovation, Outcome, Predicted, Update};
 pub use ukf::Ukf;

@@ -71,7 +71,7 @@ impl<const D: usize, S: Real> Covariance<D, S> {
     }
 
     /// A matrix that is semi-definite because of how it was found; only its rounding is made symmetric.
-    pub(super) fn by_construction(matrix: SMatrix<S, D, D>) -> Self {
+    pub(crate) fn by_construction(matrix: SMatrix<S, D, D>) -> Self {
         Self { matrix: linear::symmetrised(&matrix) }
     }
 
@@ -137,7 +137,7 @@ impl<const D: usize, S: Real> Covariance<D, S> {
     }
 
     /// Σ⁻·B, with Σ⁻ a generalised inverse: whichever is taken, JΣ⁻Jᵀ is the same if the rows of J lie in the range of Σ.
-    pub(super) fn generalised_solve<const M: usize>(&self, b: &SMatrix<S, D, M>) -> SMatrix<S, D, M> {
+    pub(crate) fn generalised_solve<const M: usize>(&self, b: &SMatrix<S, D, M>) -> SMatrix<S, D, M> {
         let (l, mut x) = (self.factor(), *b);
         x.column_iter_mut().for_each(|mut column| linear::solve(&l, column.as_mut_slice()));
         x

@@ -55,9 +55,9 @@ pub struct Intersection<G: LieGroup<D>, const D: usize, E: Side> {
 
 /// An information matrix with the element it speaks about.
 #[derive(Clone, Copy)]
-struct Known<G: LieGroup<D>, const D: usize> {
-    mean: G,
-    information: SMatrix<G::Scalar, D, D>,
+pub(super) struct Known<G: LieGroup<D>, const D: usize> {
+    pub(super) mean: G,
+    pub(super) information: SMatrix<G::Scalar, D, D>,
 }
 
 /// The quadratic model of the cost at a point.
@@ -139,16 +139,9 @@ impl<G: LieGroup<D>, const D: usize, E: Side> Gaussian<G, D, E> {
             let pair = [share(self, first, weight), share(other, second, 1.0 - weight)];
             minimised::<G, D, E>(self.mean(), &pair.into_iter(), &FuseOptions::default())
         };
-        let size = |x: &Gaussian<G, D, E>| match criterion {
-            Criterion::Determinant => x.covariance().log_determinant().map(Real::value),
-            Criterion::Trace => Ok(x.covariance().matrix().trace().value()),
-        };
+        let size = |x: &Gaussian<G, D, E>| criterion.size(x);
         let weight = smallest(|weight| size(&at(weight)?.estimate))?;
-        let fused = at(weight)?;
-        if !fused.converged {
-            return Err(UncertaintyError::NotConverged { iterations: fused.iterations, step: fused.step });
-        }
-        let inner = Intersection { estimate: fused.estimate, weight };
+        let inner = Intersection { estimate: converged(at(weight)?)?, weight };
         let ends =
             [Intersection { estimate: *self, weight: 1.0 }, Intersection { estimate: *other, weight: 0.0 }];
         let mut best = (size(&inner.estimate)?, inner);
@@ -162,8 +155,29 @@ impl<G: LieGroup<D>, const D: usize, E: Side> Gaussian<G, D, E> {
     }
 }
 
+impl Criterion {
+    /// ln det Σ or tr Σ.
+    pub(super) fn size<G: LieGroup<D>, const D: usize, E: Side>(
+        self,
+        x: &Gaussian<G, D, E>,
+    ) -> Result<f64, UncertaintyError> {
+        match self {
+            Self::Determinant => x.covariance().log_determinant().map(Real::value),
+            Self::Trace => Ok(x.covariance().matrix().trace().value()),
+        }
+    }
+}
+
+/// The estimate, if the iteration settled.
+pub(super) fn converged<G: LieGroup<D>, const D: usize, E: Side>(
+    fused: Fused<G, D, E>,
+) -> Result<Gaussian<G, D, E>, UncertaintyError> {
+    let Fused { estimate, iterations, step, .. } = fused;
+    if fused.converged { Ok(estimate) } else { Err(UncertaintyError::NotConverged { iterations, step }) }
+}
+
 /// Gauss–Newton with halving of steps that do not lower the cost.
-fn minimised<G: LieGroup<D>, const D: usize, E: Side>(
+pub(super) fn minimised<G: LieGroup<D>, const D: usize, E: Side>(
     start: &G,
     known: &(impl Iterator<Item = Known<G, D>> + Clone),
     options: &FuseOptions,
@@ -226,7 +240,7 @@ fn quadratic<G: LieGroup<D>, const D: usize, E: Side>(
 }
 
 /// The ω ∈ (0, 1) that makes a function with one minimum smallest, by golden sections.
-fn smallest(f: impl Fn(f64) -> Result<f64, UncertaintyError>) -> Result<f64, UncertaintyError> {
+pub(super) fn smallest(f: impl Fn(f64) -> Result<f64, UncertaintyError>) -> Result<f64, UncertaintyError> {
     const GOLDEN: f64 = 0.6180339887498949;
     // A minimum is flat: half of the digits of ω are beyond what f can tell apart, 0.618³⁶ = 3e-8.
     const SECTIONS: usize = 36;

@@ -17,7 +17,7 @@
 
 use super::linear::{Square, checked};
 use super::{Covariance, Gaussian, Local, Order, Side, UncertaintyError};
-use crate::lie::{LieGroup, Real};
+use crate::lie::{LieGroup, Real, Tangent};
 use nalgebra::SMatrix;
 
 /// Two correlated elements X ∈ A and Y ∈ B, their errors on one side.
@@ -108,10 +108,52 @@ where
         conditioned(&self.first, &self.second, &self.cross, second)
     }
 
+    /// Both after an independent measurement of Y that is uncertain itself: what it says of Y and, by the correlation, of X.
+    ///
+    /// ```text
+    /// β = error of the measured mean about Ȳ     R = J⁻¹(β)·Σ_measured·J⁻ᵀ(β)     K = [S; Σ₂]·(Σ₂ + R)⁻¹
+    /// Σ ← (I − K[0, I])·Σ·(I − K[0, I])ᵀ + KRKᵀ, reset about the means moved by Kβ
+    /// ```
+    /// To first order, as a Kalman filter; of a measurement that is certain, [`Pair::given_second`].
+    pub fn observing_second(&self, measured: &Gaussian<B, N, E>) -> Self {
+        let (aa, bb) = (self.first.covariance().matrix(), self.second.covariance().matrix());
+        let (beta, r) = seen_from(&self.second, measured);
+        let weight = Covariance::by_construction(bb + r);
+        let k1 = weight.generalised_solve(&self.cross.transpose()).transpose();
+        let k2 = weight.generalised_solve(bb).transpose();
+        let kept = SMatrix::identity() - k2;
+        let lost = k1 * self.cross.transpose();
+        let first = aa - lost - lost.transpose() + k1 * weight.matrix() * k1.transpose();
+        let second = kept * bb * kept.transpose() + k2 * r * k2.transpose();
+        let cross = (self.cross - k1 * bb) * kept.transpose() + k1 * r * k2.transpose();
+        let (theta1, theta2) = (k1 * beta, k2 * beta);
+        Self {
+            first: Gaussian::new(*self.first.mean(), Covariance::by_construction(first)).reset(&theta1),
+            second: Gaussian::new(*self.second.mean(), Covariance::by_construction(second)).reset(&theta2),
+            cross: E::jacobian::<A, M>(&theta1) * cross * E::jacobian::<B, N>(&theta2).transpose(),
+        }
+    }
+
+    /// Both after an independent, uncertain measurement of X; see [`Pair::observing_second`].
+    pub fn observing_first(&self, measured: &Gaussian<A, M, E>) -> Self {
+        let turned = Pair { first: self.second, second: self.first, cross: self.cross.transpose() };
+        let Pair { first, second, cross } = turned.observing_second(measured);
+        Self { first: second, second: first, cross: cross.transpose() }
+    }
+
     /// Y once X is known to be `first`; see [`Pair::given_second`].
     pub fn given_first(&self, first: &A) -> Gaussian<B, N, E> {
         conditioned(&self.second, &self.first, &self.cross.transpose(), first)
     }
+}
+
+/// `(β, R)`: a measured element as a number and its covariance in the tangent space at the mean of what is measured.
+fn seen_from<G: LieGroup<D>, E: Side, const D: usize>(
+    known: &Gaussian<G, D, E>,
+    measured: &Gaussian<G, D, E>,
+) -> (Tangent<G::Scalar, D>, SMatrix<G::Scalar, D, D>) {
+    let beta = known.error_of(measured.mean());
+    (beta, *measured.covariance().transformed(&E::jacobian_inverse::<G, D>(&beta)).matrix())
 }
 
 /// The first element, once the second is known to be `value`.
@@ -276,6 +318,26 @@ impl<G: LieGroup<D>, const D: usize, const N: usize, E: Side> Joint<G, D, N, E> 
         }
         given.means[k] = *value;
         Self { blocks: super::linear::symmetrised(&given.blocks), ..given }
+    }
+
+    /// All elements after an independent, uncertain measurement of element `k`; see [`Pair::observing_second`].
+    ///
+    /// # Panics
+    /// If `k` ≥ N, as for an array.
+    pub fn observing(&self, k: usize, measured: &Gaussian<G, D, E>) -> Self {
+        let known = self.marginal(k);
+        let (beta, r) = seen_from(&known, measured);
+        let weight = Covariance::by_construction(known.covariance().matrix() + r);
+        let gains: [SMatrix<G::Scalar, D, D>; N] =
+            core::array::from_fn(|i| weight.generalised_solve(self.cross(k, i)).transpose());
+        let thetas = gains.map(|gain| gain * beta);
+        let resets = thetas.map(|theta| E::jacobian::<G, D>(&theta));
+        let block = |i: usize, j: usize| {
+            resets[i] * (self.cross(i, j) - gains[i] * self.cross(k, j)) * resets[j].transpose()
+        };
+        let blocks = Blocks(core::array::from_fn(|i| core::array::from_fn(|j| block(i, j))));
+        let means = core::array::from_fn(|i| E::perturb(&self.means[i], &thetas[i]));
+        Self::from_parts(means, super::linear::symmetrised(&blocks))
     }
 
     /// The same elements with errors on the other side: exact.

@@ -93,7 +93,6 @@ pub(crate) fn right_divided<S: Real, const R: usize, const D: usize>(
 }
 
 /// X with X·Lᵀ = A, likewise.
-#[cfg(feature = "std")]
 pub(crate) fn right_divided_by_transpose<S: Real, const R: usize, const D: usize>(
     a: &SMatrix<S, R, D>,
     l: &SMatrix<S, D, D>,

@@ -29,10 +29,10 @@
 //! | question | answer |
 //! |---|---|
 //! | products, inverses, chains of independent poses | [`Gaussian::compose`], [`Gaussian::inverse`], [`Gaussian::between`], [`Gaussian::chain`] |
-//! | of correlated ones; one of them becomes known | [`Pair`], [`Joint`] |
+//! | of correlated ones; one of them becomes known, or is measured | [`Pair`], [`Joint`] |
 //! | where is a point, seen through an uncertain pose? | [`Gaussian::act`], [`Gaussian::act_on`], [`Gaussian::expected_matrix`] |
 //! | any other function | [`Gaussian::unscented`], [`Gaussian::expanded`] |
-//! | several estimates of one pose | [`Gaussian::fuse`]; of unknown correlation, [`Gaussian::intersect`] |
+//! | several estimates of one pose | [`Gaussian::fuse`]; of unknown correlation, [`Gaussian::intersect`]; of unknown correlation in part, [`Split`] |
 //! | how far off, how likely, how different? | [`Gaussian::mahalanobis_squared`], [`Gaussian::haar_log_density`], [`Gaussian::kl_divergence`], [`ChiSquared`] |
 //! | draw it | [`Gaussian::region`], [`Gaussian::ellipsoid`] |
 //! | from data | [`Gaussian::from_samples`], [`Covariance::from_information`], [`Covariance::permuted`], [`Gaussian::from_yaw_pitch_roll`] |
@@ -82,6 +82,7 @@ mod propagate;
 mod regions;
 mod samples;
 mod side;
+mod split;
 mod transform;
 mod yaw_pitch_roll;
 
@@ -96,4 +97,5 @@ pub use propagate::{Compounded, Order, compound};
 pub use regions::{Ellipsoid, Region};
 pub use samples::Sampled;
 pub use side::{Global, Local, Side};
+pub use split::{Split, SplitFused};
 pub use transform::{SigmaPoints, Transformed};

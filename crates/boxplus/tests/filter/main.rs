@@ -6,6 +6,7 @@
 mod benchmarks;
 #[cfg(feature = "autodiff")]
 mod duals;
+mod forms;
 mod linear;
 mod models;
 #[cfg(feature = "rand")]

@@ -1,6 +1,9 @@
 //! The ready simulations: what the recommended filter claims is true in all of them, and a plain one is found out.
 
-use boxplus::filter::{MonteCarlo, Report, Rule, Series, Simulation, Trial, Verdict};
+use boxplus::filter::{FilterError, MonteCarlo, Report, Rule, Series, Simulation, Trial, Verdict};
+use boxplus::lie::{LieGroup, Rn};
+use boxplus::uncertainty::{Covariance, Gaussian};
+use nalgebra::vector;
 use rand_chacha::ChaCha8Rng;
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -78,4 +81,27 @@ fn the_number_of_threads_changes_no_bit() {
     let three = MonteCarlo { threads: NonZeroUsize::new(3).unwrap(), ..EXPERIMENT };
     let report = Simulation::Wheels.run::<ChaCha8Rng>(Trial::default(), &three, |_| true).unwrap();
     assert_eq!(report, run(Simulation::Wheels, Trial::default()));
+}
+
+#[test]
+fn standard_errors_of_pure_noise_are_those_of_theory() {
+    let noise = Gaussian::<Rn<2>, 2>::from_sigmas(Rn::identity(), &vector![3.0, 0.5]).unwrap();
+    let many = MonteCarlo { runs: 4000, ..EXPERIMENT };
+    let report = many.run(|rng: &mut ChaCha8Rng, run| {
+        run.error("noise", &noise.sample(rng).vector(), noise.covariance());
+        run.error("first", &vector![noise.sample(rng).vector().x], &(Covariance::unit() * 3.0));
+        Ok::<(), FilterError>(())
+    });
+    let report = report.unwrap();
+    let [both, first] = ["noise", "first"].map(|name| report.series(name).unwrap());
+    let n = 4000_f64;
+    // NEES of n numbers is χ² of 2, its variance 4; RMSE of Gaussian numbers has the error σ/√(2n).
+    assert!((both.standard_error * n.sqrt() / 2.0 - 1.0).abs() < 0.1, "{}", both.standard_error);
+    assert!(
+        (first.rmse_standard_error * (2.0 * n).sqrt() / 3.0 - 1.0).abs() < 0.1,
+        "{}",
+        first.rmse_standard_error
+    );
+    assert!((first.rmse - 3.0).abs() < 4.0 * first.rmse_standard_error);
+    assert!((both.rmse_of_coordinates[1] / 0.5 - 1.0).abs() < 0.05, "{:?}", both.rmse_of_coordinates);
 }

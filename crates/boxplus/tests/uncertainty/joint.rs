@@ -216,3 +216,72 @@ fn a_joint_of_many_is_consistent_with_its_pairs() {
     check::<Local>();
     check::<Global>();
 }
+
+/// The whole joint covariance of a pair of two-dimensional vectors.
+fn whole(pair: &Pair<Rn<2>, 2, Rn<2>, 2>) -> (SVector<f64, 4>, SMatrix<f64, 4, 4>) {
+    let mut p = SMatrix::<f64, 4, 4>::zeros();
+    p.fixed_view_mut::<2, 2>(0, 0).copy_from(pair.first().covariance().matrix());
+    p.fixed_view_mut::<2, 2>(2, 2).copy_from(pair.second().covariance().matrix());
+    p.fixed_view_mut::<2, 2>(0, 2).copy_from(pair.cross());
+    p.fixed_view_mut::<2, 2>(2, 0).copy_from(&pair.cross().transpose());
+    let (x, y) = (pair.first().mean().vector(), pair.second().mean().vector());
+    (vector![x.x, x.y, y.x, y.y], p)
+}
+
+#[test]
+fn an_uncertain_measurement_of_one_vector_is_a_kalman_update_of_both() {
+    let Case { pair, .. } = case::<Rn<2>, Local, 2, 4>(0.8);
+    let measured =
+        Gaussian::new(Rn::new(vector![0.4, -0.3]), Covariance::new(matrix![0.3, 0.1; 0.1, 0.2]).unwrap());
+    let (x, p) = whole(&pair);
+    for first in [false, true] {
+        let mut h = SMatrix::<f64, 2, 4>::zeros();
+        h.fixed_view_mut::<2, 2>(0, if first { 0 } else { 2 }).fill_with_identity();
+        let s = h * p * h.transpose() + measured.covariance().matrix();
+        let gain = p * h.transpose() * s.try_inverse().unwrap();
+        let expected = (x + gain * (measured.mean().vector() - h * x), p - gain * h * p);
+        let observed = if first { pair.observing_first(&measured) } else { pair.observing_second(&measured) };
+        let (mean, covariance) = whole(&observed);
+        assert!((mean - expected.0).amax() < 1e-14 && (covariance - expected.1).amax() < 1e-14, "{first}");
+        let joint = Joint::new(
+            [*pair.first().mean(), *pair.second().mean()],
+            [
+                [*pair.first().covariance().matrix(), *pair.cross()],
+                [pair.cross().transpose(), *pair.second().covariance().matrix()],
+            ],
+        );
+        let of_joint = joint.unwrap().observing(usize::from(!first), &measured).pair(0, 1);
+        let (mean, covariance) = whole(&of_joint);
+        assert!((mean - expected.0).amax() < 1e-14 && (covariance - expected.1).amax() < 1e-14, "{first}");
+    }
+}
+
+#[test]
+fn a_certain_measurement_is_conditioning_and_a_vague_one_is_none() {
+    let Case { pair, .. } = case::<SE3, Local, 6, 12>(0.2);
+    let place = pair.second().perturbed(&(SVector::repeat(0.1)));
+    let (given, known) = (pair.given_second(&place), pair.observing_second(&Gaussian::certain(place)));
+    assert!((given.covariance().matrix() - known.first().covariance().matrix()).amax() < 1e-12);
+    assert!(given.error_of(known.first().mean()).amax() < 1e-12);
+    assert!(known.second().covariance().matrix().amax() < 1e-12 && known.cross().amax() < 1e-12);
+    let vague = pair.observing_second(&Gaussian::new(place, Covariance::unit() * 1e6));
+    assert!((vague.first().covariance().matrix() - pair.first().covariance().matrix()).amax() < 1e-10);
+    assert!((vague.cross() - pair.cross()).amax() < 1e-10);
+}
+
+#[test]
+fn a_measurement_says_the_same_on_both_sides() {
+    let Case { pair, .. } = case::<SE3, Local, 6, 12>(0.2);
+    let tau = SVector::<f64, 6>::from_fn(|i, _| 0.2 * (i as f64).sin());
+    let measured = Gaussian::new(pair.second().perturbed(&tau), Covariance::unit() * 0.1);
+    let local = pair.observing_second(&measured);
+    let global = pair.to_opposite().observing_second(&measured.to_opposite()).to_opposite();
+    assert!((local.cross() - global.cross()).amax() < 1e-13);
+    assert!((local.first().covariance().matrix() - global.first().covariance().matrix()).amax() < 1e-13);
+    assert!(local.first().error_of(global.first().mean()).amax() < 1e-13);
+    let joint = Joint::along(&[*pair.first(), *pair.second()]);
+    let seen = Gaussian::new(joint.marginal(1).perturbed(&tau), Covariance::unit() * 0.1);
+    let (a, b) = (joint.observing(1, &seen).pair(0, 1), joint.pair(0, 1).observing_second(&seen));
+    assert!((a.cross() - b.cross()).amax() < 1e-13);
+    assert!((a.second().covariance().matrix() - b.second().covariance().matrix()).amax() < 1e-13);
+}

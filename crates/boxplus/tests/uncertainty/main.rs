@@ -16,4 +16,5 @@ mod moves;
 mod propagate;
 mod regions;
 mod samples;
+mod split;
 mod transform;
