@@ -4,12 +4,16 @@ use super::Real;
 use num_dual::{Dual2_64, Dual2SVec64, Dual64, HyperDual64};
 
 /// atan2 of dual numbers: the point is turned onto the positive x axis by its angle without derivatives, where atan(y/x) has them
-/// exactly.
+/// exactly. At the origin, where there are none, they are 0.
 pub(super) fn polar_angle<S: Real>(y: S, x: S) -> S {
     let angle = y.value().atan2(x.value());
     let (sin, cos) = angle.sin_cos();
     let (sin, cos) = (S::lit(sin), S::lit(cos));
-    let rest = ((y * cos - x * sin) / (x * cos + y * sin)).simd_atan();
+    let along = x * cos + y * sin;
+    if along.value() == 0.0 {
+        return S::lit(angle);
+    }
+    let rest = ((y * cos - x * sin) / along).simd_atan();
     rest - S::lit(rest.value()) + S::lit(angle)
 }
 

@@ -24,7 +24,7 @@ pub trait Real: SimdRealField<Element: SimdRealField> + Copy + Send + Sync + 'st
     }
 
     /// The angle of the point (x, y), in \[−π, π\]. Derivatives of dual numbers are right on the axes, too, where atan(y/x) divides
-    /// by zero or cancels.
+    /// by zero or cancels; at (0, 0), where there are none, they are 0.
     #[inline]
     fn polar_angle(y: Self, x: Self) -> Self {
         y.simd_atan2(x)

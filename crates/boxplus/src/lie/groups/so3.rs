@@ -281,13 +281,15 @@ fn determinant<S: Real>(a: &Matrix3<S>) -> S {
 /// 2·atan2(n, w)/n for a unit quaternion with w ≥ 0 and n = |v|, given n².
 #[inline]
 fn log_factor<S: Real>(n2: S, w: S) -> S {
-    // Near 0 by the series of atan, whose next term is (n/w)⁶/7 < ε/50: no root of 0, hence derivatives there, too.
-    let near = if S::EPSILON > 1e-10 { 0.0025 } else { 1e-6 };
+    // Near 0 by the series of atan: no root of 0, hence derivatives there, too. It reaches to n/w = 1/20, for a second
+    // derivative of the quotient beyond loses the digits of ε/n; the next term is (n/w)¹⁴/15.
+    let near = 0.0025;
     S::choose(
         n2.value() < near * (w * w).value(),
         || {
             let r = n2 / (w * w);
-            (S::one() - r * (S::lit(1.0 / 3.0) - r * S::lit(0.2))) * S::lit(2.0) / w
+            let term = |sum: S, k: u32| S::lit(1.0 / f64::from(k)) - r * sum;
+            [11, 9, 7, 5, 3, 1].into_iter().fold(S::lit(1.0 / 13.0), term) * S::lit(2.0) / w
         },
         || {
             let n = n2.simd_sqrt();
