@@ -70,6 +70,35 @@ fn the_number_of_threads_changes_no_bit() {
 }
 
 #[test]
+fn on_a_linear_problem_every_step_keeps_its_promise_whatever_the_damping() {
+    let walk = walk::<Rn<3>, 3>(6, 60, 40, 0.5);
+    for algorithm in [Algorithm::LevenbergMarquardt, Algorithm::GaussNewton, Algorithm::Dogleg] {
+        for initial_damping in [1e-6, 1e-2, 10.0] {
+            let settings = SolveOptions { initial_damping, ..options(algorithm) };
+            let report = walk.graph.optimize(&walk.values, &settings).unwrap().report;
+            let first = report.iterations[0];
+            assert!((first.gain - 1.0).abs() < 1e-9, "{algorithm:?}, {initial_damping}: {}", first.gain);
+        }
+    }
+}
+
+#[test]
+fn what_was_solved_before_changes_no_bit() {
+    let walk = |start| walk::<SE3, 6>(7, 80, 60, start);
+    let bits = |graph: &Graph, values: &Values| {
+        let solution = graph.optimize(values, &options(Algorithm::LevenbergMarquardt)).unwrap();
+        let costs = solution.report.iterations.iter().map(|iteration| iteration.cost.to_bits());
+        costs.collect::<Vec<_>>()
+    };
+    let (fresh, mut used) = (walk(0.1), walk(0.1));
+    used.graph.initialise(&used.values, Initial::Chordal).unwrap();
+    used.values.hold(used.keys[3]); // other variables: another analysis
+    used.graph.optimize(&used.values, &SolveOptions::default()).unwrap();
+    used.graph.marginals(&used.values).unwrap();
+    assert_eq!(bits(&used.graph, &fresh.values), bits(&fresh.graph, &fresh.values));
+}
+
+#[test]
 fn a_held_variable_keeps_its_bits_and_stays_held() {
     let mut walk = walk::<SE3, 6>(6, 30, 10, 0.1);
     let held = walk.keys[7];
