@@ -71,7 +71,7 @@ impl<const D: usize, S: Real> Covariance<D, S> {
     }
 
     /// A matrix that is semi-definite because of how it was found; only its rounding is made symmetric.
-    pub(super) fn by_construction(matrix: SMatrix<S, D, D>) -> Self {
+    pub(crate) fn by_construction(matrix: SMatrix<S, D, D>) -> Self {
         Self { matrix: linear::symmetrised(&matrix) }
     }
 
