@@ -103,7 +103,8 @@ fn a_cloud_of_two_columns_is_aligned_in_the_plane() {
 
 #[test]
 fn a_straight_wall_leaves_a_direction_open_and_the_exit_code_says_so() {
-    let wall = |step: f64| (0..300).map(|i| format!("{} 0\n", f64::from(i) * step)).collect::<Vec<_>>().concat();
+    let wall =
+        |step: f64| (0..300).map(|i| format!("{} 0\n", f64::from(i) * step)).collect::<Vec<_>>().concat();
     let folder = Folder::new().with("a.xyz", wall(0.021)).with("b.xyz", wall(0.02));
     let run = folder.boxplus("align a.xyz b.xyz --max-distance 0.3");
     assert_eq!(run.code, 4, "{}", run.transcript());
@@ -115,7 +116,14 @@ fn a_straight_wall_leaves_a_direction_open_and_the_exit_code_says_so() {
 #[test]
 fn starts_are_taken_in_every_form() {
     let folder = rooms().with("start.txt", "1 0 0 0.1\n0 1 0 -0.05\n0 0 1 0\n0 0 0 1\n");
-    for init in ["identity", "centroids", "start.txt", "0.1,-0.05,0,0,0,0,1", "0.1,-0.05,0,0,0,0.03", "-0.01,0,0,0,0,0,1"] {
+    for init in [
+        "identity",
+        "centroids",
+        "start.txt",
+        "0.1,-0.05,0,0,0,0,1",
+        "0.1,-0.05,0,0,0,0.03",
+        "-0.01,0,0,0,0,0,1",
+    ] {
         let run = folder.boxplus(&format!("align scan.xyz map.xyz --max-distance 0.6 --json --init {init}"));
         assert_eq!(run.code, 0, "{init}: {}", run.stderr);
         let x = run.json()["target_from_source"]["translation"][0].as_f64().unwrap();
@@ -150,7 +158,10 @@ fn what_is_asked_wrongly_is_refused_with_code_2() {
 
 #[test]
 fn malformed_clouds_are_shown_with_their_place() {
-    let folder = rooms().with("bad.xyz", "1 2 3\n4 five 6\n").with("cut.ply", "ply\nformat ascii 1.0\n").with("nan.xyz", "nan 0 0\n");
+    let folder = rooms()
+        .with("bad.xyz", "1 2 3\n4 five 6\n")
+        .with("cut.ply", "ply\nformat ascii 1.0\n")
+        .with("nan.xyz", "nan 0 0\n");
     let run = folder.boxplus("align bad.xyz map.xyz -o out.ply");
     assert_eq!((run.code, run.stdout.as_str()), (3, ""));
     settings().bind(|| insta::assert_snapshot!(run.stderr));
@@ -179,7 +190,11 @@ fn too_few_steps_are_told_with_code_5() {
 #[test]
 fn a_cloud_comes_from_standard_input_and_goes_to_standard_output() {
     let folder = rooms();
-    let run = folder.command("align - map.xyz --max-distance 0.5 -o -").write_stdin(room(0.13, [0.1, 0.0, 0.0])).output().unwrap();
+    let run = folder
+        .command("align - map.xyz --max-distance 0.5 -o -")
+        .write_stdin(room(0.13, [0.1, 0.0, 0.0]))
+        .output()
+        .unwrap();
     assert!(run.status.success());
     assert!(run.stdout.starts_with(b"ply\n"), "only the file is on standard output");
     assert!(String::from_utf8_lossy(&run.stderr).contains("fitness"));

@@ -40,9 +40,10 @@ pub fn run(options: &Align, global: &Global, console: Console) -> Result<Outcome
     let (source, target) = (source?, target?);
     let job = Job { options, global, console, picture, source, target, started };
     if options.planar || (job.source.cloud.planar && job.target.cloud.planar) {
-        job.run::<SE2, 3, 2>(|p| Vector2::new(p.x, p.y), |p| Vector3::new(p.x, p.y, 0.0))
+        let chart = Chart { into: |p| Vector2::new(p.x, p.y), out: |p| Vector3::new(p.x, p.y, 0.0) };
+        job.run::<SE2, 3, 2>(chart)
     } else {
-        job.run::<SE3, 6, 3>(|p| *p, |p| *p)
+        job.run::<SE3, 6, 3>(Chart { into: |p| *p, out: |p| *p })
     }
 }
 
@@ -65,6 +66,13 @@ fn bytes(path: &Path) -> io::Result<Vec<u8>> {
     fs::read(path)
 }
 
+/// From a point of a file to a point of the group, and back.
+#[derive(Clone, Copy)]
+struct Chart<const N: usize> {
+    into: fn(&Vector3<f64>) -> SVector<f64, N>,
+    out: fn(&SVector<f64, N>) -> Vector3<f64>,
+}
+
 /// Everything that is asked for.
 struct Job<'a> {
     options: &'a Align,
@@ -77,11 +85,10 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
-    /// In the plane or in space; the functions go from a point of a file to a point of the group and back.
+    /// In the plane or in space.
     fn run<G: Motion<D, N>, const D: usize, const N: usize>(
         &self,
-        into: fn(&Vector3<f64>) -> SVector<f64, N>,
-        out: fn(&SVector<f64, N>) -> Vector3<f64>,
+        chart: Chart<N>,
     ) -> Result<Outcome, Error> {
         let loaded = self.started.elapsed().as_secs_f64();
         let threads = self.global.threads.map_or(0, usize::from);
@@ -89,7 +96,7 @@ impl Job<'_> {
             Preparation { voxel: self.options.voxel, neighbours: self.options.neighbours, threads };
         let progress = Progress::start(self.console, "finding normals");
         let [source, target] = [&self.source, &self.target].map(|loaded| {
-            let points: Vec<_> = loaded.cloud.points.iter().map(into).collect();
+            let points: Vec<_> = loaded.cloud.points.iter().map(chart.into).collect();
             Scan::new(&points, &preparation).map_err(|error| refusal(&loaded.name, &error))
         });
         let (source, target) = (source?, target?);
@@ -108,7 +115,7 @@ impl Job<'_> {
         if !self.console.is_json() {
             self.console.say(&document.screen())?;
         }
-        self.write(&mut document, &found, (&source, &target, &initial), (into, out))?;
+        self.write(&mut document, &found, (&source, &target, &initial), chart)?;
         if self.console.is_json() {
             output::document(&document)?;
         }
@@ -133,7 +140,7 @@ impl Job<'_> {
         document: &mut AlignDocument,
         found: &Registered<G, D>,
         (source, target, initial): (&Scan<N>, &Scan<N>, &G),
-        (into, out): (fn(&Vector3<f64>) -> SVector<f64, N>, fn(&SVector<f64, N>) -> Vector3<f64>),
+        Chart { into, out }: Chart<N>,
     ) -> Result<(), Error> {
         if let Some(path) = self.options.output.as_deref() {
             let moved = |p: &Vector3<f64>| out(&found.target_from_source.act(&into(p)));

@@ -8,12 +8,12 @@ use crate::text::{count, duration, significant};
 
 /// Points drawn of a cloud; more would hide each other.
 const SHOWN: usize = 5000;
-/// Part of the points at each end of each axis that does not widen the picture.
-const STRAY: f64 = 0.01;
+/// One point in so many, at each end of each axis, does not widen the picture.
+const STRAY: usize = 100;
 
 /// Two panels: the source where it starts and where it was found, upon the target.
 pub fn figure(document: &AlignDocument, target: Vec<Vector3<f64>>, source: [Vec<Vector3<f64>>; 2]) -> Figure {
-    let frame = Frame::of(target.iter().chain(&source[1]));
+    let frame = Frame::of([&target, &source[1]]);
     let target = frame.some(target);
     let [before, after] = source.map(|cloud| frame.some(cloud));
     let panel = |heading: &str, note, source| Panel {
@@ -55,14 +55,13 @@ struct Frame {
 
 impl Frame {
     /// Around all but a few points.
-    fn of<'a>(points: impl Iterator<Item = &'a Vector3<f64>> + Clone) -> Self {
+    fn of(clouds: [&[Vector3<f64>]; 2]) -> Self {
         let ends = [0, 1].map(|axis| {
-            let mut x: Vec<f64> = points.clone().map(|p| p[axis]).collect();
+            let mut x: Vec<f64> = clouds.into_iter().flatten().map(|p| p[axis]).collect();
             x.sort_unstable_by(f64::total_cmp);
-            let at = |share: f64| {
-                x.get((share * x.len().saturating_sub(1) as f64).round().abs() as usize).copied()
-            };
-            let (low, high) = (at(STRAY).unwrap_or(0.0), at(1.0 - STRAY).unwrap_or(0.0));
+            let stray = x.len() / STRAY;
+            let kept = &x[stray..x.len() - stray];
+            let (low, high) = (kept.first().copied().unwrap_or(0.0), kept.last().copied().unwrap_or(0.0));
             let room = 0.1 * (high - low);
             (low - room, high + room)
         });

@@ -160,7 +160,7 @@ impl View<'_> {
     fn add_clouds(&self, mut marks: Group, scene: &Scene) -> Group {
         for (cloud, colour) in scene.clouds.iter().zip(CLOUDS) {
             let places = cloud.iter().map(|p| self.place(p).0);
-            let dots: String = places.map(|(x, y)| format!("M{x:.1} {y:.1}h.1")).collect();
+            let dots = places.fold(String::new(), |dots, (x, y)| dots + &format!("M{x:.1} {y:.1}h.1"));
             if !dots.is_empty() {
                 marks = marks.add(path(dots, colour, CLOUD_DOT).set("stroke-opacity", 0.7));
             }
