@@ -3,7 +3,9 @@
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
+use boxplus::io::cloud::CloudFormat;
 use boxplus::pose_graph::simulate::Simulator;
+use boxplus::registration::{Kernel, Method as Alignment};
 use clap::{Args, Parser, Subcommand, ValueHint};
 use clap_complete::Shell;
 
@@ -18,6 +20,7 @@ Examples:
   boxplus solve map.g2o -o solved.g2o              solve a file and save the result
   boxplus info map.g2o                             what is in it, and what is wrong with it
   boxplus convert map.g2o map.graph                from g2o to TORO
+  boxplus align scan.ply map.ply --voxel 0.25      lay one point cloud upon another
 
 Exit codes: 0 done; 1 output cannot be written; 2 usage; 3 unreadable or malformed input;
 4 the data do not determine an answer; 5 not converged; 130 interrupted.";
@@ -80,6 +83,9 @@ pub enum Verb {
     /// Try a filter on a simulation many times: can its covariance be believed?
     #[command(after_help = consistency::EXAMPLES)]
     Consistency(Consistency),
+    /// Lay one point cloud upon another: the motion, its covariance, and what the clouds do not say.
+    #[command(after_help = ALIGN_EXAMPLES)]
+    Align(Box<Align>),
     /// Print the completions of a shell.
     #[command(after_help = COMPLETIONS_EXAMPLES)]
     Completions(Completions),
@@ -246,6 +252,62 @@ pub struct Plot {
     /// The picture, .svg or .png.
     #[arg(short, long, value_name = "PICTURE", value_hint = ValueHint::FilePath)]
     pub output: PathBuf,
+}
+
+const ALIGN_EXAMPLES: &str = "\
+Examples:
+  boxplus align scan.ply map.pcd --voxel 0.25 --plot aligned.svg
+  boxplus align 000001.bin 000000.bin --voxel 0.3 --init '2.8 1.6 0 0 0 0 1' -o moved.ply
+  boxplus align scan.csv room.csv --method plane --robust cauchy:1
+  boxplus align scan.ply map.ply --json | jq .target_from_source.matrix
+
+PLY, PCD, XYZ, CSV and KITTI's .bin are read, plain or gzip; two columns are a cloud of the plane. The covariance is that of
+the local tangent: errors along and about the axes of the source. Exit code 4 where the clouds do not meet, or leave a
+direction open, as a corridor does.";
+
+/// Options of `align`.
+#[derive(Args, Debug)]
+pub struct Align {
+    /// The cloud that is moved; `-` is standard input.
+    #[arg(value_name = "SOURCE", value_hint = ValueHint::FilePath)]
+    pub source: PathBuf,
+    /// The cloud that stays.
+    #[arg(value_name = "TARGET", value_hint = ValueHint::FilePath)]
+    pub target: PathBuf,
+    /// Format of both clouds, where name and content do not say: ply, pcd, text, kitti.
+    #[arg(long, value_name = "FORMAT")]
+    pub from: Option<CloudFormat>,
+    /// Write the moved source here, as PLY; `-` is standard output.
+    #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub output: Option<PathBuf>,
+    /// Draw both from above, before and after, as .svg or .png.
+    #[arg(long, value_name = "PICTURE", value_hint = ValueHint::FilePath)]
+    pub plot: Option<PathBuf>,
+    /// Distances of points (point), from the planes of the target (plane), or weighed by the planes of both (generalised).
+    #[arg(long, value_name = "NAME", default_value = "generalised")]
+    pub method: Alignment,
+    /// Average the points in cubes of this edge, in the units of the cloud; 0 keeps all.
+    #[arg(long, value_name = "SIZE", value_parser = tolerance, default_value = "0")]
+    pub voxel: f64,
+    /// Partners are no farther apart than this; four voxels unless given, or ten times the distance of neighbours.
+    #[arg(long, value_name = "X", value_parser = tolerance)]
+    pub max_distance: Option<f64>,
+    /// Neighbours that make the normal at a point.
+    #[arg(long, value_name = "N", default_value_t = 10)]
+    pub neighbours: usize,
+    /// Robust kernel against what has moved, its scale in standard deviations.
+    #[arg(long, value_name = "NAME[:SCALE]")]
+    pub robust: Option<Kernel>,
+    /// Where the source starts: identity, centroids, numbers, or a file with them. In space x y z qx qy qz qw, x y z and a rotation
+    /// vector, or a 3×4 or 4×4 matrix by rows; in the plane x y angle, or a 3×3 matrix.
+    #[arg(long, value_name = "START", allow_hyphen_values = true)]
+    pub init: Option<String>,
+    /// Leave z aside, and align in the plane.
+    #[arg(long)]
+    pub planar: bool,
+    /// Stop after so many steps.
+    #[arg(long, value_name = "N", default_value_t = 50)]
+    pub max_iterations: usize,
 }
 
 const COMPLETIONS_EXAMPLES: &str = "\

@@ -1,6 +1,7 @@
 //! The boxplus command line: flags and files in, a call of the library, a report out.
 #![allow(unreachable_pub, reason = "a program has no outside: `pub` is what other modules use")]
 
+mod align;
 mod args;
 mod before_after;
 mod choices;
@@ -45,6 +46,7 @@ fn run(cli: &Cli) -> Result<Outcome, Error> {
     let console = Console::new(global.json, global.quiet, global.verbose);
     match &cli.verb {
         Verb::Solve(options) => return solve::run(options, global, console),
+        Verb::Align(options) => return align::run(options, global, console),
         Verb::Diagnose(options) => return diagnose::run(options, global, console),
         Verb::Consistency(options) => return consistency::run(options, global, console),
         Verb::Info(options) => info::run(options, global, console)?,

@@ -16,6 +16,8 @@ pub const TRACK: Color = Color { r: 0x33, g: 0x41, b: 0x55 };
 pub const LANDMARK: Color = Color { r: 0x05, g: 0x96, b: 0x69 };
 /// Sightings of landmarks.
 pub const SIGHTING: Color = Color { r: 0xa7, g: 0xd8, b: 0xc6 };
+/// Point clouds: the one that stays, the one that is moved.
+pub const CLOUDS: [Color; 2] = [Color { r: 0x1d, g: 0x6f, b: 0xb8 }, Color { r: 0xe0, g: 0x6c, b: 0x1f }];
 /// Covariance ellipses.
 pub const ELLIPSE: Color = Color { r: 0x25, g: 0x63, b: 0xeb };
 

@@ -3,7 +3,7 @@
 use colorous::Color;
 use svg::Document;
 
-use super::colour::{Decades, ELLIPSE, LANDMARK, MUTED, SIGHTING, TRACK, heat};
+use super::colour::{CLOUDS, Decades, ELLIPSE, LANDMARK, MUTED, SIGHTING, TRACK, heat};
 use super::page::{Anchor, Type, dot, ellipse, line, rectangle, text};
 use super::window::Area;
 use super::{Panel, Scene};
@@ -39,6 +39,8 @@ impl Legend {
             (any(|s| !s.tracks.is_empty()), (Mark::Line, "trajectory", TRACK)),
             (any(|s| !s.landmarks.is_empty()), (Mark::Dot, "landmark", LANDMARK)),
             (any(|s| !s.sightings.is_empty()), (Mark::Line, "sighting", SIGHTING)),
+            (any(|s| !s.clouds[0].is_empty()), (Mark::Dot, "target", CLOUDS[0])),
+            (any(|s| !s.clouds[1].is_empty()), (Mark::Dot, "source", CLOUDS[1])),
             (any(|s| !s.ellipses.is_empty()), (Mark::Ellipse, "95 % of positions", ELLIPSE)),
         ];
         Self { entries: entries.into_iter().filter(|e| e.0).map(|e| e.1).collect(), decades }

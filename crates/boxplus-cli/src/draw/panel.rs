@@ -6,7 +6,9 @@ use svg::Document;
 use svg::node::element::Group;
 
 use super::camera::{Camera, Spot};
-use super::colour::{Decades, ELLIPSE, GRID, INK, LANDMARK, MUTED, SIGHTING, TRACK, fade, heat, steps};
+use super::colour::{
+    CLOUDS, Decades, ELLIPSE, GRID, INK, LANDMARK, MUTED, SIGHTING, TRACK, fade, heat, steps,
+};
 use super::page::{Anchor, Type, clipped, dot, ellipse, line, path, text};
 use super::strokes::{Kind, Layer, STEPS, Strokes};
 use super::window::{Area, Window, aspect};
@@ -25,6 +27,8 @@ const TRIAD_ROOM: f64 = 40.0;
 const FADE: f64 = 0.7;
 /// Up to so many poses each is a dot, too.
 const DOTS: usize = 400;
+/// Width of a point of a cloud.
+const CLOUD_DOT: f64 = 1.4;
 /// More ellipses than this hide each other.
 const ELLIPSES: usize = 300;
 /// √χ²: the quantile of 95 % for two degrees of freedom.
@@ -72,6 +76,7 @@ pub fn draw(
     for (layer, data) in view.strokes(scene, decades).into_paths() {
         marks = marks.add(path(data, view.colour(layer), width(scene, layer.kind)));
     }
+    marks = view.add_clouds(marks, scene);
     marks = view.add_dots(marks, scene);
     marks = view.add_ellipses(marks, scene);
     let document = if scene.spatial { document } else { grid(document, &view.window) };
@@ -149,6 +154,18 @@ impl View<'_> {
             Kind::Track => TRACK,
         };
         if self.depth.step.is_finite() { fade(colour, Depth::fade(layer.depth)) } else { colour }
+    }
+
+    /// One path a cloud, of strokes so short that their round ends are dots: a tenth of the size of as many circles.
+    fn add_clouds(&self, mut marks: Group, scene: &Scene) -> Group {
+        for (cloud, colour) in scene.clouds.iter().zip(CLOUDS) {
+            let places = cloud.iter().map(|p| self.place(p).0);
+            let dots = places.fold(String::new(), |dots, (x, y)| dots + &format!("M{x:.1} {y:.1}h.1"));
+            if !dots.is_empty() {
+                marks = marks.add(path(dots, colour, CLOUD_DOT).set("stroke-opacity", 0.7));
+            }
+        }
+        marks
     }
 
     fn add_dots(&self, mut marks: Group, scene: &Scene) -> Group {

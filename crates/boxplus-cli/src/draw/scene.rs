@@ -15,6 +15,8 @@ pub struct Scene {
     pub sightings: Vec<[Vector3<f64>; 2]>,
     /// Landmarks.
     pub landmarks: Vec<Vector3<f64>>,
+    /// Point clouds: one that stays, one that is moved.
+    pub clouds: [Vec<Vector3<f64>>; 2],
     /// How sure the positions are.
     pub ellipses: Vec<Ellipse>,
 }
@@ -42,6 +44,7 @@ impl Scene {
     pub fn points(&self) -> Vec<Vector3<f64>> {
         let ends = self.loops.iter().flat_map(|l| l.ends);
         let all = self.tracks.iter().flatten().copied().chain(ends).chain(self.landmarks.iter().copied());
+        let all = all.chain(self.clouds.iter().flatten().copied());
         all.filter(|p| p.iter().all(|x| x.is_finite())).collect()
     }
 }

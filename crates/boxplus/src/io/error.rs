@@ -305,7 +305,9 @@ impl IoError {
 
     fn layout_help(&self) -> String {
         match &self.place {
-            Some(Place { tag, layout: Some(layout), .. }) => format!("such a line reads: {tag} {layout}"),
+            Some(Place { tag, layout: Some(layout), .. }) if !tag.is_empty() => {
+                format!("such a line reads: {tag} {layout}")
+            }
             _ => "compare the line with its neighbours".into(),
         }
     }

@@ -112,14 +112,15 @@ impl<'a, const N: usize, const D: usize> Matching<'a, N, D> {
     /// Pairs every source point with the nearest target point, X being relative to the centroids.
     pub(super) fn pair<G: Alignable<D, N>>(&mut self, x: &G) {
         let Self { source, target, options, pool, chunks, .. } = self;
-        let rotation = x.linear_part();
+        // One matrix for all points is cheaper than the action.
+        let (rotation, translation) = (x.linear_part(), x.act(&SVector::zeros()));
         let gate = options.max_distance * options.max_distance;
         pool.for_each(chunks, |k, chunk| {
             chunk.matches.clear();
             let first = k * CHUNK;
             for i in first..source.points.len().min(first + CHUNK) {
                 let p = source.points[i];
-                let (j, distance) = target.nearest(&x.act(&p));
+                let (j, distance) = target.nearest(&(rotation * p + translation));
                 if distance <= gate {
                     chunk.matches.extend(matched(options.method, (source, i), (target, j), &rotation));
                 }
@@ -197,14 +198,26 @@ fn matched<const N: usize>(
         Method::PointToPlane => normal.map(|n| n * n.transpose())?,
         Method::Generalised => {
             let of_source = source.surfaces.get(i)?.covariance();
-            let sum = surface?.covariance() + rotation * of_source * rotation.transpose();
-            inverse(&sum)?
+            inverse(surface?.covariance() + rotation * of_source * rotation.transpose())
         }
     };
     Some(Match { p: source.points[i], q: target.points[j], metric, normal })
 }
 
-/// The inverse of a small symmetric positive definite matrix.
-fn inverse<const N: usize>(a: &SMatrix<f64, N, N>) -> Option<SMatrix<f64, N, N>> {
-    crate::uncertainty::Covariance::new(*a).ok()?.information().ok()
+/// The inverse of a small symmetric positive definite matrix, which needs no pivots: Gauss and Jordan, in place.
+#[inline]
+fn inverse<const N: usize>(mut a: SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
+    for k in 0..N {
+        let pivot = a[(k, k)].recip();
+        a[(k, k)] = 1.0;
+        a.row_mut(k).scale_mut(pivot);
+        for i in (0..N).filter(|&i| i != k) {
+            let factor = a[(i, k)];
+            a[(i, k)] = 0.0;
+            for j in 0..N {
+                a[(i, j)] -= factor * a[(k, j)];
+            }
+        }
+    }
+    a
 }

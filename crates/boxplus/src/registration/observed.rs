@@ -156,10 +156,7 @@ impl<const D: usize, const N: usize> Sample<D, N> {
 
 /// Eigenvalues in descending order and eigenvectors.
 fn principal<const D: usize>(a: &Jacobian<f64, D>) -> (Tangent<f64, D>, Jacobian<f64, D>) {
-    match Covariance::new(*a) {
-        Ok(a) => a.principal_axes(),
-        Err(_) => (SVector::zeros(), SMatrix::identity()),
-    }
+    Covariance::by_construction(*a).principal_axes()
 }
 
 /// I − Σvvᵀ for orthonormal v.

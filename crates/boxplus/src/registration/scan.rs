@@ -92,6 +92,19 @@ impl<const N: usize> Scan<N> {
         (0..self.points.len()).map(normal)
     }
 
+    /// The median distance from a point to its nearest neighbour, by some of the points; 0 where all coincide, or there is one.
+    pub fn spacing(&self) -> f64 {
+        let every = self.points.len().div_ceil(CHUNK).max(1);
+        let two = NonZero::<usize>::MIN.saturating_add(1);
+        let second = |p: &SVector<f64, N>| {
+            let found = self.tree.query(&(*p).into()).nearest_n::<SquaredEuclidean<f64>>(two).execute();
+            found.last().map_or(0.0, |near| near.distance)
+        };
+        let mut distances: Vec<f64> = self.points.iter().step_by(every).map(second).collect();
+        let middle = distances.len() / 2;
+        distances.select_nth_unstable_by(middle, f64::total_cmp).1.sqrt()
+    }
+
     /// `(index, squared distance)` of the point nearest to a place relative to the centroid.
     #[inline]
     pub(super) fn nearest(&self, place: &SVector<f64, N>) -> (usize, f64) {

@@ -21,8 +21,7 @@ impl<const N: usize> Surface<N> {
         let n = neighbours.len().max(1) as f64;
         let mean = neighbours.clone().sum::<SVector<f64, N>>() / n;
         let scatter = neighbours.map(|p| (p - mean) * (p - mean).transpose()).sum::<SMatrix<f64, N, N>>() / n;
-        let Ok(scatter) = Covariance::new(scatter) else { return Self::none() };
-        let (variances, axes) = scatter.principal_axes();
+        let (variances, axes) = Covariance::by_construction(scatter).principal_axes();
         // All but the last axis must have extent.
         if N < 2 || variances[N - 2] <= LINE * variances[0] {
             return Self::none();
