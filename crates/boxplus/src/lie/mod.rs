@@ -33,10 +33,15 @@
 #![allow(clippy::type_complexity)] // A value and one Jacobian per argument; naming each tuple would hide that.
 
 mod action;
+#[cfg(feature = "batch")]
+mod batch;
 mod bundle;
 pub mod distance;
+mod elementary;
 mod error;
 mod groups;
+#[cfg(feature = "batch")]
+mod lanes;
 pub mod laws;
 mod left;
 pub mod log_near;
@@ -53,6 +58,8 @@ pub mod sphere;
 mod stumpff;
 
 pub use action::{Action, PointJac};
+#[cfg(feature = "batch")]
+pub use batch::{Batch, BatchGroup, LengthMismatch, Number};
 pub use bundle::Block;
 pub use distance::Distance;
 pub use error::LieError;
@@ -63,7 +70,7 @@ pub use left::LeftJacobians;
 pub use log_near::LogNear;
 pub use manifold::Manifold;
 pub use orders::Order;
-pub use real::Real;
+pub use real::{Blend, Real};
 pub use rotation::{EulerAngles, EulerSequence, GimbalLock, SwingTwist};
 #[cfg(feature = "rand")]
 pub use sample::TangentSampler;
@@ -120,48 +127,48 @@ pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'st
     fn map<S: Real>(&self, f: impl Fn(Self::Scalar) -> S) -> Self::Over<S>;
 
     /// X⁻¹·Y, Y = `other` seen from X.
-    #[inline]
+    #[inline(always)]
     fn between(&self, other: &Self) -> Self {
         self.inverse().compose(other)
     }
     /// X ⊕ τ = X·Exp(τ), a step in the local frame. Solà et al. (2018) (25).
-    #[inline]
+    #[inline(always)]
     fn rplus(&self, tau: &Tangent<Self::Scalar, D>) -> Self {
         self.compose(&Self::exp(tau))
     }
     /// Y ⊖ X = Log(X⁻¹Y) with Y = `self`, X = `base`: the local step from X to Y. Solà et al. (2018) (26).
-    #[inline]
+    #[inline(always)]
     fn rminus(&self, base: &Self) -> Tangent<Self::Scalar, D> {
         base.between(self).log()
     }
     /// τ ⊕ X = Exp(τ)·X, a step in the global frame. Solà et al. (2018) (27).
-    #[inline]
+    #[inline(always)]
     fn lplus(&self, tau: &Tangent<Self::Scalar, D>) -> Self {
         Self::exp(tau).compose(self)
     }
     /// Log(YX⁻¹) with Y = `self`, X = `base`: the global step from X to Y. Solà et al. (2018) (28).
-    #[inline]
+    #[inline(always)]
     fn lminus(&self, base: &Self) -> Tangent<Self::Scalar, D> {
         self.compose(&base.inverse()).log()
     }
     /// X^α = Exp(α·Log X).
-    #[inline]
+    #[inline(always)]
     fn power(&self, alpha: Self::Scalar) -> Self {
         Self::exp(&(self.log() * alpha))
     }
     /// X·(X⁻¹Y)ᵗ, Y = `other`: X at t = 0, Y at t = 1, at constant velocity along the shortest way.
-    #[inline]
+    #[inline(always)]
     fn interpolate(&self, other: &Self, t: Self::Scalar) -> Self {
         self.compose(&self.between(other).power(t))
     }
 
     /// J_l(τ) = J_r(−τ), D×D: Exp(τ + δ) ≈ Exp(J_l δ)·Exp(τ). Solà et al. (2018) (71), (76).
-    #[inline]
+    #[inline(always)]
     fn left_jacobian(tau: &Tangent<Self::Scalar, D>) -> Jacobian<Self::Scalar, D> {
         Self::right_jacobian(&-tau)
     }
     /// J_l(τ)⁻¹ = J_r(−τ)⁻¹, D×D. Unbounded as θ → 2π.
-    #[inline]
+    #[inline(always)]
     fn left_jacobian_inverse(tau: &Tangent<Self::Scalar, D>) -> Jacobian<Self::Scalar, D> {
         Self::right_jacobian_inverse(&-tau)
     }
@@ -171,7 +178,7 @@ pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'st
         self.adjoint() * tau
     }
     /// \[a, b\] = vee(a^·b^ − b^·a^) = ad_a·b.
-    #[inline]
+    #[inline(always)]
     fn bracket(a: &Tangent<Self::Scalar, D>, b: &Tangent<Self::Scalar, D>) -> Tangent<Self::Scalar, D> {
         Self::small_adjoint(a) * b
     }
@@ -199,40 +206,40 @@ pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'st
     }
 
     /// X⁻¹: `(value, −Ad_X)`. Solà et al. (2018) (62).
-    #[inline]
+    #[inline(always)]
     fn inverse_jac(&self) -> (Self, Jacobian<Self::Scalar, D>) {
         (self.inverse(), -self.adjoint())
     }
     /// X·Y: `(value, Ad_{Y⁻¹}, I)`. Solà et al. (2018) (63), (64).
-    #[inline]
+    #[inline(always)]
     fn compose_jac(&self, rhs: &Self) -> (Self, Jacobian<Self::Scalar, D>, Jacobian<Self::Scalar, D>) {
         (self.compose(rhs), rhs.inverse().adjoint(), SMatrix::identity())
     }
     /// X⁻¹Y: `(value, −Ad_{Y⁻¹X}, I)`.
-    #[inline]
+    #[inline(always)]
     fn between_jac(&self, other: &Self) -> (Self, Jacobian<Self::Scalar, D>, Jacobian<Self::Scalar, D>) {
         let value = self.between(other);
         (value, -value.inverse().adjoint(), SMatrix::identity())
     }
     /// Exp τ: `(value, J_r(τ))`.
-    #[inline]
+    #[inline(always)]
     fn exp_jac(tau: &Tangent<Self::Scalar, D>) -> (Self, Jacobian<Self::Scalar, D>) {
         (Self::exp(tau), Self::right_jacobian(tau))
     }
     /// τ = Log X: `(τ, J_r⁻¹(τ))`. Solà et al. (2018) (79).
-    #[inline]
+    #[inline(always)]
     fn log_jac(&self) -> (Tangent<Self::Scalar, D>, Jacobian<Self::Scalar, D>) {
         let (tau, right, _) = self.log_jacs();
         (tau, right)
     }
     /// τ = Log X with both inverse Jacobians, which share their coefficients: `(τ, J_r⁻¹(τ), J_l⁻¹(τ))`.
-    #[inline]
+    #[inline(always)]
     fn log_jacs(&self) -> (Tangent<Self::Scalar, D>, Jacobian<Self::Scalar, D>, Jacobian<Self::Scalar, D>) {
         let tau = self.log();
         (tau, Self::right_jacobian_inverse(&tau), Self::left_jacobian_inverse(&tau))
     }
     /// X·Exp τ: `(value, Ad_{Exp(−τ)}, J_r(τ))`. Solà et al. (2018) (80), (81).
-    #[inline]
+    #[inline(always)]
     fn rplus_jac(
         &self,
         tau: &Tangent<Self::Scalar, D>,
@@ -241,16 +248,16 @@ pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'st
         (self.compose(&step), step.inverse().adjoint(), d_tau)
     }
     /// τ = Y ⊖ X with Y = `self`, X = `base`: `(τ, J_r⁻¹(τ), −J_l⁻¹(τ))`. Solà et al. (2018) (82), (83).
-    #[inline]
+    #[inline(always)]
     fn rminus_jac(
         &self,
         base: &Self,
     ) -> (Tangent<Self::Scalar, D>, Jacobian<Self::Scalar, D>, Jacobian<Self::Scalar, D>) {
         let (tau, right, left) = base.between(self).log_jacs();
-        (tau, right, -left)
+        (tau, right, left.map(|x| -x))
     }
     /// Exp(τ)·X: `(value, I, Ad_{X⁻¹}·J_r(τ))`, in the order (X, τ).
-    #[inline]
+    #[inline(always)]
     fn lplus_jac(
         &self,
         tau: &Tangent<Self::Scalar, D>,
@@ -259,7 +266,7 @@ pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'st
         (step.compose(self), SMatrix::identity(), self.inverse().adjoint() * d_tau)
     }
     /// τ = Log(YX⁻¹) with Y = `self`, X = `base`: `(τ, J_r⁻¹(τ)·Ad_X, −J_r⁻¹(τ)·Ad_X)`.
-    #[inline]
+    #[inline(always)]
     fn lminus_jac(
         &self,
         base: &Self,
@@ -269,14 +276,14 @@ pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'st
         (tau, d_self, -d_self)
     }
     /// X^α: `(value, α·J_r(ατ)·J_r⁻¹(τ), τ)` with τ = Log X, in the order (X, α).
-    #[inline]
+    #[inline(always)]
     fn power_jac(&self, alpha: Self::Scalar) -> (Self, Jacobian<Self::Scalar, D>, Tangent<Self::Scalar, D>) {
         let (tau, inverse) = self.log_jac();
         let (value, right) = Self::exp_jac(&(tau * alpha));
         (value, right * inverse * alpha, tau)
     }
     /// [`LieGroup::interpolate`]: `(value, d_value_d_self, d_value_d_other, d_value_d_t)`, the last D×1: the velocity.
-    #[inline]
+    #[inline(always)]
     fn interpolate_jac(
         &self,
         other: &Self,

@@ -24,7 +24,7 @@
 //! assert!(((theta - theta.sin()) / theta.powi(3) - 1.0 / 6.0).abs() > 1e-11); // the quotient has lost five digits
 //! ```
 
-use super::Real;
+use super::{Blend, Real};
 
 /// The values c₀ … c₆ at one x = θ².
 #[derive(Clone, Copy, Debug)]
@@ -53,12 +53,15 @@ const TRIGONOMETRY_START: f64 = 0.25;
 
 impl<S: Real> Stumpff<S> {
     /// All of c₀ … c₆ at `x` = θ² ≥ 0. What a caller does not use costs nothing once inlined.
-    #[inline]
+    #[inline(always)]
     pub fn new(x: S) -> Self {
-        S::choose(x.value() < SERIES_END, || Self::series(x), || Self::closed(x))
+        match x.common(x.simd_lt(S::lit(SERIES_END))) {
+            Some(x) => Self::series(x),
+            None => Self::closed(x),
+        }
     }
 
-    #[inline]
+    #[inline(always)]
     fn series(x: S) -> Self {
         let (c5, c6) = (series(&C5, x), series(&C6, x));
         let c4 = S::lit(1.0 / 24.0) - x * c6;
@@ -66,23 +69,23 @@ impl<S: Real> Stumpff<S> {
         let c2 = S::lit(0.5) - x * c4;
         // A dual number has no derivative of √x at 0: there, too, the series.
         let (c0, c1) = S::choose(
-            x.value() < TRIGONOMETRY_START,
+            x.simd_lt(S::lit(TRIGONOMETRY_START)),
             || (S::one() - x * c2, S::one() - x * c3),
             || {
                 let theta = x.simd_sqrt();
-                let (sin, cos) = theta.simd_sin_cos();
+                let (sin, cos) = theta.sin_cos();
                 (cos, sin / theta)
             },
         );
         Self { c0, c1, c2, c3, c4, c5, c6 }
     }
 
-    #[inline]
+    #[inline(always)]
     fn closed(x: S) -> Self {
         let theta = x.simd_sqrt();
-        let (half_sin, half_cos) = (theta * S::lit(0.5)).simd_sin_cos();
+        let (half_sin, half_cos) = (theta * S::lit(0.5)).sin_cos();
         let c0 = half_cos * half_cos - half_sin * half_sin;
-        let c1 = theta.simd_sin() / theta;
+        let c1 = theta.sin_cos().0 / theta;
         let c2 = S::lit(2.0) * half_sin * half_sin / x;
         let c3 = (S::one() - c1) / x;
         let c4 = (S::lit(0.5) - c2) / x;
@@ -92,13 +95,13 @@ impl<S: Real> Stumpff<S> {
     }
 
     /// d = (1 − (θ/2)·cot(θ/2))/θ² = (c₃ − 2c₄)/(2c₂): J_l⁻¹ = I − ½φ^ + d·φ^². 1/12 at 0, a pole at 2π.
-    #[inline]
+    #[inline(always)]
     pub fn d(&self) -> S {
         -self.beta1() / (self.c2 + self.c2)
     }
 
     /// e = d′(θ)/θ = ((5c₅ − c₄ − 8c₆)·c₂ + (c₃ − 2c₄)²)/(2c₂²). 1/360 at 0, a pole at 2π.
-    #[inline]
+    #[inline(always)]
     pub fn e(&self) -> S {
         let b = self.beta1();
         let a = S::lit(5.0) * self.c5 - self.c4 - S::lit(8.0) * self.c6;
@@ -106,15 +109,24 @@ impl<S: Real> Stumpff<S> {
     }
 
     /// β₁ = c₂′(θ)/θ = (θ sin θ + 2 cos θ − 2)/θ⁴ = −(c₃ − 2c₄). −1/12 at 0.
-    #[inline]
+    #[inline(always)]
     pub fn beta1(&self) -> S {
         self.c4 + self.c4 - self.c3
     }
 
     /// β₂ = c₃′(θ)/θ = (3 sin θ − θ cos θ − 2θ)/θ⁵ = −(c₄ − 3c₅). −1/60 at 0.
-    #[inline]
+    #[inline(always)]
     pub fn beta2(&self) -> S {
         S::lit(3.0) * self.c5 - self.c4
+    }
+}
+
+impl<S: Real> Blend<S> for Stumpff<S> {
+    #[inline(always)]
+    fn blend(mask: S::SimdBool, yes: Self, no: Self) -> Self {
+        let values = |c: Self| [c.c0, c.c1, c.c2, c.c3, c.c4, c.c5, c.c6];
+        let [c0, c1, c2, c3, c4, c5, c6] = Blend::<S>::blend(mask, values(yes), values(no));
+        Self { c0, c1, c2, c3, c4, c5, c6 }
     }
 }
 

@@ -12,8 +12,8 @@
 //! then harmless. Within 3ε for |σ| ≤ 6, θ ≤ π, `f32` and `f64`, whichever of σ and θ vanishes.
 
 use super::so3::skew;
-use crate::lie::{Real, Stumpff};
-use nalgebra::{Matrix3, Vector2, Vector3};
+use crate::lie::{Blend, Real, Stumpff};
+use nalgebra::{Matrix3, SimdBool, Vector2, Vector3};
 
 /// Below σ² + θ² = 4 the series: its terms never exceed the sum, and from here on (eᶻ − 1 − z)/z² cancels no digit.
 const SERIES_END: f64 = 4.0;
@@ -24,23 +24,23 @@ fn series_terms<S: Real>() -> usize {
 }
 
 /// a·b of complex numbers.
-#[inline]
+#[inline(always)]
 pub(super) fn times<S: Real>(a: &Vector2<S>, b: &Vector2<S>) -> Vector2<S> {
     Vector2::new(a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x)
 }
 
 /// a/b of complex numbers.
-#[inline]
+#[inline(always)]
 pub(super) fn over<S: Real>(a: &Vector2<S>, b: &Vector2<S>) -> Vector2<S> {
     times(a, &Vector2::new(b.x, -b.y)) / b.norm_squared()
 }
 
 /// φ₁(z) = (eᶻ − 1)/z and φ₂(z) = (eᶻ − 1 − z)/z² of a complex number z = σ + iθ; 1 and ½ at 0.
-#[inline]
+#[inline(always)]
 pub(super) fn phi<S: Real>(z: &Vector2<S>) -> (Vector2<S>, Vector2<S>) {
     let one = Vector2::new(S::one(), S::zero());
     S::choose(
-        z.norm_squared().value() < SERIES_END,
+        z.norm_squared().simd_lt(S::lit(SERIES_END)),
         || {
             // Horner's rule: 1/2·(1 + z/3·(1 + z/4·(1 + …))).
             let nested = (2..=series_terms::<S>() + 1)
@@ -49,8 +49,8 @@ pub(super) fn phi<S: Real>(z: &Vector2<S>) -> (Vector2<S>, Vector2<S>) {
             (one + times(z, &nested), nested)
         },
         || {
-            let (sin, cos) = z.y.simd_sin_cos();
-            let first = over(&(Vector2::new(cos, sin) * z.x.simd_exp() - one), z);
+            let (sin, cos) = z.y.sin_cos();
+            let first = over(&(Vector2::new(cos, sin) * z.x.exp() - one), z);
             (first, over(&(first - one), z))
         },
     )
@@ -65,14 +65,14 @@ pub(super) struct Growth<S> {
 }
 
 impl<S: Real> Growth<S> {
-    #[inline]
+    #[inline(always)]
     pub(super) fn new(sigma: S, x: S) -> Self {
         let square = sigma * sigma + x;
         let [a, b, c] = S::choose(
-            square.value() < SERIES_END,
+            square.simd_lt(S::lit(SERIES_END)),
             || Self::series(sigma, x),
             || {
-                let (a, e, k) = (mean_growth(sigma), sigma.simd_exp(), Stumpff::new(x));
+                let (a, e, k) = (mean_growth(sigma), sigma.exp(), Stumpff::new(x));
                 let b = (S::one() + e * (sigma * k.c1 - k.c0)) / square;
                 [a, b, (a + e * (sigma * k.c2 - k.c1)) / square]
             },
@@ -94,20 +94,20 @@ impl<S: Real> Growth<S> {
     }
 
     /// G·v.
-    #[inline]
+    #[inline(always)]
     pub(super) fn apply(&self, phi: &Vector3<S>, v: &Vector3<S>) -> Vector3<S> {
         combine(phi, self.a, self.b, self.c, v)
     }
 
     /// G⁻¹·v, where G⁻¹ = (1/A)·I − (B/D)·φ^ + ((B² − CE)/(AD))·φ^² with E = A − Cx, D = E² + B²x.
-    #[inline]
+    #[inline(always)]
     pub(super) fn solve(&self, phi: &Vector3<S>, v: &Vector3<S>) -> Vector3<S> {
         let [a, b, c] = self.inverse();
         combine(phi, a, b, c, v)
     }
 
     /// G⁻¹ as a polynomial in φ^.
-    #[inline]
+    #[inline(always)]
     pub(super) fn inverse_polynomial(&self) -> Polynomial<S> {
         Polynomial(self.inverse())
     }
@@ -121,7 +121,7 @@ impl<S: Real> Growth<S> {
 }
 
 /// a·v + b·φ×v + c·φ×(φ×v).
-#[inline]
+#[inline(always)]
 fn combine<S: Real>(phi: &Vector3<S>, a: S, b: S, c: S, v: &Vector3<S>) -> Vector3<S> {
     let turned = phi.cross(v);
     v * a + turned * b + phi.cross(&turned) * c
@@ -130,9 +130,9 @@ fn combine<S: Real>(phi: &Vector3<S>, a: S, b: S, c: S, v: &Vector3<S>) -> Vecto
 /// (e^σ − 1)/σ, 1 at 0, with exact derivatives there.
 fn mean_growth<S: Real>(sigma: S) -> S {
     S::choose(
-        sigma.value().abs() < 1.0,
+        sigma.simd_abs().simd_lt(S::one()),
         || Growth::series(sigma, S::zero())[0],
-        || sigma.simd_exp_m1() / sigma,
+        || (sigma.exp() - S::one()) / sigma,
     )
 }
 
@@ -142,7 +142,7 @@ pub(super) struct Polynomial<S>(pub(super) [S; 3]);
 
 impl<S: Real> Polynomial<S> {
     /// The product, by W³ = −xW.
-    #[inline]
+    #[inline(always)]
     fn times(&self, other: &Self, x: S) -> Self {
         let (Self([a, b, c]), Self([d, e, f])) = (self, other);
         Self([
@@ -153,12 +153,12 @@ impl<S: Real> Polynomial<S> {
     }
 
     /// self + f·other.
-    #[inline]
+    #[inline(always)]
     fn plus(&self, f: S, other: &Self) -> Self {
         Self(core::array::from_fn(|i| self.0[i] + f * other.0[i]))
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn matrix(&self, phi: &Vector3<S>) -> Matrix3<S> {
         let (Self([a, b, c]), w) = (self, skew(phi));
         Matrix3::from_diagonal_element(*a) + w * *b + w * w * *c
@@ -173,40 +173,40 @@ pub(super) struct Coupling<S>([S; 6]);
 
 impl<S: Real> Coupling<S> {
     /// self + f·other.
-    #[inline]
+    #[inline(always)]
     fn plus(&self, f: S, other: &Self) -> Self {
         Self(core::array::from_fn(|i| self.0[i] + f * other.0[i]))
     }
 
     /// W·self.
-    #[inline]
+    #[inline(always)]
     fn turned(&self, x: S) -> Self {
         let Self([p, wp, pw, wwp, first, second]) = *self;
         Self([S::zero(), p - x * wwp, S::zero(), wp, -pw - x * second, first])
     }
 
     /// self·W.
-    #[inline]
+    #[inline(always)]
     fn turning(&self, x: S) -> Self {
         let Self([p, wp, pw, wwp, first, second]) = *self;
         Self([-x * pw, S::zero(), p, -pw, -wp - pw - x * second, first - wwp])
     }
 
     /// `m`·self.
-    #[inline]
+    #[inline(always)]
     pub(super) fn after(&self, m: &Polynomial<S>, x: S) -> Self {
         let once = self.turned(x);
         Self(self.0.map(|s| s * m.0[0])).plus(m.0[1], &once).plus(m.0[2], &once.turned(x))
     }
 
     /// self·`m`.
-    #[inline]
+    #[inline(always)]
     pub(super) fn before(&self, m: &Polynomial<S>, x: S) -> Self {
         let once = self.turning(x);
         Self(self.0.map(|s| s * m.0[0])).plus(m.0[1], &once).plus(m.0[2], &once.turning(x))
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn matrix(&self, rho: &Vector3<S>, phi: &Vector3<S>) -> Matrix3<S> {
         let Self([a, b, c, d, first, second]) = *self;
         let (w, p, dot) = (skew(phi), skew(rho), phi.dot(rho));
@@ -216,6 +216,7 @@ impl<S: Real> Coupling<S> {
 }
 
 /// The coefficients of the left Jacobian of Sim(3), \[G, S, −Hρ; 0, J, 0; 0, 0, 1\], at one (σ, |φ|²).
+#[derive(Clone, Copy)]
 pub(super) struct SimilarityJacobian<S> {
     /// G = Σ Zⁱ/(i + 1)!, with Z = σI + W.
     pub(super) g: Polynomial<S>,
@@ -236,13 +237,16 @@ impl<S: Real> SimilarityJacobian<S> {
     /// In closed form S would need several regimes, for σ and θ vanish independently. Doubling needs none, loses no digits,
     /// and serves all blocks at once.
     pub(super) fn new(sigma: S, x: S) -> Self {
-        let (halvings, mut scale) = halvings(x.value() + sigma.value() * sigma.value());
-        let mut jacobian = Self::series(sigma, x, S::lit(scale));
-        for _ in 0..halvings {
-            jacobian = jacobian.doubled(sigma, x, S::lit(scale));
-            scale *= 2.0;
+        let mut scale = halved(x + sigma * sigma);
+        let mut jacobian = Self::series(sigma, x, scale);
+        loop {
+            let short = scale.simd_lt(S::one());
+            if short.none() {
+                return jacobian;
+            }
+            jacobian = S::choose(short, || jacobian.doubled(sigma, x, scale), || jacobian);
+            scale = S::choose(short, || scale + scale, || scale);
         }
-        jacobian
     }
 
     /// At τ·`scale`, in powers of the unscaled W.
@@ -270,7 +274,7 @@ impl<S: Real> SimilarityJacobian<S> {
     fn doubled(&self, sigma: S, x: S, scale: S) -> Self {
         let k = Stumpff::new(x * scale * scale);
         let r = Polynomial([S::one(), k.c1 * scale, k.c2 * scale * scale]);
-        let growth = (sigma * scale).simd_exp();
+        let growth = (sigma * scale).exp();
         let Polynomial([a, b, c]) = self.g;
         // t^ for t = Gρ, by (φ×ρ)^ = WP − PW and (φ×(φ×ρ))^ = (φ·ρ)W − xP.
         let t = Coupling([a - x * c, b, -b, S::zero(), c, S::zero()]);
@@ -289,13 +293,29 @@ impl<S: Real> SimilarityJacobian<S> {
     }
 }
 
-/// How often a number of this square must be halved to be at most ½, and ½ to that power.
-fn halvings(square: f64) -> (u32, f64) {
-    let (mut count, mut scale) = (0, 1.0);
-    // Beyond 2⁴⁰ no digit of an angle is left; the limit also stops at what is not finite.
-    while square * scale * scale > 0.25 && count < 40 {
-        scale *= 0.5;
-        count += 1;
+impl<S: Real> Blend<S> for SimilarityJacobian<S> {
+    #[inline(always)]
+    fn blend(mask: S::SimdBool, yes: Self, no: Self) -> Self {
+        let polynomial = |y: Polynomial<S>, n: Polynomial<S>| Polynomial(Blend::<S>::blend(mask, y.0, n.0));
+        Self {
+            g: polynomial(yes.g, no.g),
+            s: Coupling(Blend::<S>::blend(mask, yes.s.0, no.s.0)),
+            h: polynomial(yes.h, no.h),
+            j: polynomial(yes.j, no.j),
+        }
     }
-    (count, scale)
+}
+
+/// The power of ½ by which a number of this square must be multiplied to be at most ½.
+fn halved<S: Real>(square: S) -> S {
+    let mut scale = S::one();
+    // Beyond 2⁴⁰ no digit of an angle is left; the limit also stops at what is not finite.
+    for _ in 0..40 {
+        let long = (square * scale * scale).simd_gt(S::lit(0.25));
+        if long.none() {
+            break;
+        }
+        scale = S::choose(long, || scale * S::lit(0.5), || scale);
+    }
+    scale
 }

@@ -20,9 +20,10 @@
 //! assert!((p_world - Vector3::new(0.0, 1.0, 0.0)).norm() < 1e-15);
 //! ```
 
+use crate::lie::elementary::arc;
 use crate::lie::{Action, LieError, LieGroup, Real, Stumpff};
 use core::ops::Mul;
-use nalgebra::{Matrix3, Matrix4, SMatrix, SimdComplexField, Vector3};
+use nalgebra::{Matrix3, Matrix4, SMatrix, Vector3};
 
 /// A rotation of space.
 #[derive(Clone, Copy)]
@@ -94,13 +95,13 @@ impl<S: Real> SO3<S> {
     }
 
     /// The unit quaternion as \[x, y, z, w\]; its sign is arbitrary.
-    #[inline]
+    #[inline(always)]
     pub fn quaternion_xyzw(&self) -> [S; 4] {
         self.0
     }
 
     /// The 3×3 rotation matrix.
-    #[inline]
+    #[inline(always)]
     pub fn to_matrix(&self) -> Matrix3<S> {
         let ([x, y, z, w], one) = (self.quaternion_xyzw(), S::one());
         let (x2, y2, z2) = (x + x, y + y, z + z);
@@ -121,7 +122,7 @@ impl<S: Real> SO3<S> {
     }
 
     /// The same rotation at unit norm to the last digit. Products already hold it within 2ε.
-    #[inline]
+    #[inline(always)]
     pub fn normalize(&self) -> Self {
         let inverse_norm = S::one() / (self.v().norm_squared() + self.w() * self.w()).simd_sqrt();
         Self::from_unit(self.v() * inverse_norm, self.w() * inverse_norm)
@@ -132,16 +133,18 @@ impl<S: Real> SO3<S> {
     /// At the identity every 2πk·n is a logarithm; there n is the direction of `reference`.
     pub fn log_near(&self, reference: &Vector3<S>) -> Vector3<S> {
         let phi = self.log();
-        let theta = phi.norm_squared().value().simd_sqrt();
         // Direction of the family of logarithms; at the identity it is free.
-        let axis = if theta > 0.0 { phi } else { *reference };
-        let length = axis.norm_squared().value().simd_sqrt();
-        if length == 0.0 {
-            return phi;
-        }
-        let turn = core::f64::consts::TAU / length;
-        let along = axis.dot(&(reference - phi)).value() / (length * length);
-        phi + axis * S::lit(turn * (along / turn).simd_round())
+        let axis = S::choose(phi.norm_squared().simd_gt(S::zero()), || phi, || *reference);
+        let square = axis.norm_squared();
+        S::choose(
+            square.simd_gt(S::zero()),
+            || {
+                let turn = S::simd_two_pi() / square.simd_sqrt();
+                let along = axis.dot(&(reference - phi)) / square;
+                phi + axis * (turn * (along / turn).nearest())
+            },
+            || phi,
+        )
     }
 
     /// The rotation of v·(i, j, k) + w, which is of unit norm.
@@ -162,7 +165,7 @@ impl<S: Real> SO3<S> {
     }
 
     /// Exp φ together with the Stumpff functions at |φ|²/4, from which those at |φ|² follow.
-    #[inline]
+    #[inline(always)]
     pub(super) fn exp_half(phi: &Vector3<S>) -> (Self, Stumpff<S>) {
         let half = Stumpff::new(phi.norm_squared() * S::lit(0.25));
         (Self::from_unit(phi * (half.c1 * S::lit(0.5)), half.c0), half)
@@ -170,14 +173,20 @@ impl<S: Real> SO3<S> {
 }
 
 /// φ^, the matrix of φ × ·.
-#[inline]
+#[inline(always)]
 pub(super) fn skew<S: Real>(v: &Vector3<S>) -> Matrix3<S> {
     let o = S::zero();
     Matrix3::new(o, -v.z, v.y, v.z, o, -v.x, -v.y, v.x, o)
 }
 
+/// mᵀ, entry by entry: that of nalgebra stays a loop over memory, which no lane gets through.
+#[inline(always)]
+pub(super) fn transposed<S: Real>(m: &Matrix3<S>) -> Matrix3<S> {
+    Matrix3::new(m.m11, m.m21, m.m31, m.m12, m.m22, m.m32, m.m13, m.m23, m.m33)
+}
+
 /// I + a·φ^ + b·φ^², with (φ^²)₁₁ = −(φ₂² + φ₃²) free of cancellation.
-#[inline]
+#[inline(always)]
 pub(super) fn polynomial<S: Real>(phi: &Vector3<S>, a: S, b: S) -> Matrix3<S> {
     let (one, s, u) = (S::one(), phi * a, phi * b);
     let (xx, yy, zz) = (phi.x * u.x, phi.y * u.y, phi.z * u.z);
@@ -278,24 +287,6 @@ fn determinant<S: Real>(a: &Matrix3<S>) -> S {
     a.column(0).cross(&a.column(1)).dot(&a.column(2))
 }
 
-/// 2·atan2(n, w)/n for a unit quaternion with w ≥ 0 and n = |v|, given n².
-#[inline]
-fn log_factor<S: Real>(n2: S, w: S) -> S {
-    // Near 0 by the series of atan, whose next term is (n/w)⁶/7 < ε/50: no root of 0, hence derivatives there, too.
-    let near = if S::EPSILON > 1e-10 { 0.0025 } else { 1e-6 };
-    S::choose(
-        n2.value() < near * (w * w).value(),
-        || {
-            let r = n2 / (w * w);
-            (S::one() - r * (S::lit(1.0 / 3.0) - r * S::lit(0.2))) * S::lit(2.0) / w
-        },
-        || {
-            let n = n2.simd_sqrt();
-            n.simd_atan2(w) * S::lit(2.0) / n
-        },
-    )
-}
-
 /// Two quaternions of one rotation are equal: q = −q.
 impl<S: Real> PartialEq for SO3<S> {
     fn eq(&self, other: &Self) -> bool {
@@ -308,11 +299,11 @@ impl<S: Real> LieGroup<3> for SO3<S> {
     type Over<T: Real> = SO3<T>;
     type Algebra = Matrix3<S>;
 
-    #[inline]
+    #[inline(always)]
     fn identity() -> Self {
         Self::from_unit(Vector3::zeros(), S::one())
     }
-    #[inline]
+    #[inline(always)]
     fn compose(&self, rhs: &Self) -> Self {
         let v = self.v().cross(&rhs.v()) + rhs.v() * self.w() + self.v() * rhs.w();
         let w = self.w() * rhs.w() - self.v().dot(&rhs.v());
@@ -320,45 +311,45 @@ impl<S: Real> LieGroup<3> for SO3<S> {
         let scale = S::lit(1.5) - S::lit(0.5) * (v.norm_squared() + w * w);
         Self::from_unit(v * scale, w * scale)
     }
-    #[inline]
+    #[inline(always)]
     fn inverse(&self) -> Self {
         Self::from_unit(-self.v(), self.w())
     }
-    #[inline]
+    #[inline(always)]
     fn exp(phi: &Vector3<S>) -> Self {
         Self::exp_half(phi).0
     }
-    #[inline]
+    #[inline(always)]
     fn log(&self) -> Vector3<S> {
-        let sign = S::choose(self.w().value() < 0.0, || -S::one(), || S::one());
-        self.v() * (sign * log_factor(self.v().norm_squared(), self.w() * sign))
+        let sign = S::choose(self.w().simd_lt(S::zero()), || -S::one(), || S::one());
+        self.v() * (sign * arc(self.w() * sign) * S::lit(2.0))
     }
-    #[inline]
+    #[inline(always)]
     fn adjoint(&self) -> Matrix3<S> {
         self.to_matrix()
     }
-    #[inline]
+    #[inline(always)]
     fn adjoint_times(&self, phi: &Vector3<S>) -> Vector3<S> {
         self.act(phi)
     }
-    #[inline]
+    #[inline(always)]
     fn small_adjoint(phi: &Vector3<S>) -> Matrix3<S> {
         skew(phi)
     }
-    #[inline]
+    #[inline(always)]
     fn right_jacobian(phi: &Vector3<S>) -> Matrix3<S> {
         let c = Stumpff::new(phi.norm_squared());
         polynomial(phi, -c.c2, c.c3)
     }
-    #[inline]
+    #[inline(always)]
     fn right_jacobian_inverse(phi: &Vector3<S>) -> Matrix3<S> {
         polynomial(phi, S::lit(0.5), Stumpff::new(phi.norm_squared()).d())
     }
-    #[inline]
+    #[inline(always)]
     fn log_jacs(&self) -> (Vector3<S>, Matrix3<S>, Matrix3<S>) {
         let phi = self.log();
         let right = Self::right_jacobian_inverse(&phi);
-        (phi, right, right.transpose())
+        (phi, right, transposed(&right))
     }
     fn hat(phi: &Vector3<S>) -> Matrix3<S> {
         skew(phi)
@@ -366,23 +357,24 @@ impl<S: Real> LieGroup<3> for SO3<S> {
     fn vee(algebra: &Matrix3<S>) -> Vector3<S> {
         Vector3::new(algebra.m32, algebra.m13, algebra.m21)
     }
+    #[inline(always)]
     fn map<T: Real>(&self, f: impl Fn(S) -> T) -> SO3<T> {
         SO3(self.0.map(f))
     }
 }
 
 impl<S: Real> Action<3, 3> for SO3<S> {
-    #[inline]
+    #[inline(always)]
     fn act(&self, p: &Vector3<S>) -> Vector3<S> {
         let t = self.v().cross(p);
         let t = t + t;
         p + t * self.w() + self.v().cross(&t)
     }
-    #[inline]
+    #[inline(always)]
     fn linear_part(&self) -> Matrix3<S> {
         self.to_matrix()
     }
-    #[inline]
+    #[inline(always)]
     fn generators_at(p: &Vector3<S>) -> Matrix3<S> {
         -skew(p)
     }
@@ -390,7 +382,7 @@ impl<S: Real> Action<3, 3> for SO3<S> {
 
 impl<S: Real> Mul for SO3<S> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn mul(self, rhs: Self) -> Self {
         self.compose(&rhs)
     }
@@ -398,7 +390,7 @@ impl<S: Real> Mul for SO3<S> {
 
 impl<S: Real> Mul<Vector3<S>> for SO3<S> {
     type Output = Vector3<S>;
-    #[inline]
+    #[inline(always)]
     fn mul(self, p: Vector3<S>) -> Vector3<S> {
         self.act(&p)
     }
