@@ -59,6 +59,9 @@ pub enum Verb {
     /// Say what is in a file, and what is wrong with it.
     #[command(after_help = INFO_EXAMPLES)]
     Info(Info),
+    /// Say what the measurements leave open, and which of them disagree.
+    #[command(after_help = DIAGNOSE_EXAMPLES)]
+    Diagnose(Diagnose),
     /// Translate a file to another format.
     #[command(after_help = CONVERT_EXAMPLES)]
     Convert(Convert),
@@ -78,6 +81,7 @@ Examples:
   boxplus solve demo:sphere --size 900 --noise 2 --seed 7 --plot sphere.png
   boxplus solve map.g2o -o solved.g2o --json > report.json
   boxplus solve map.g2o --robust cauchy:1 --init chordal
+  boxplus solve map.g2o --robust gnc-tls --json | jq .rejected_closures
   boxplus solve map.g2o --certify
   gzip -dc map.g2o.gz | boxplus solve - -o - > solved.g2o
 
@@ -120,8 +124,9 @@ pub struct Method {
     #[arg(long, value_name = "NAME", default_value = "log")]
     pub chart: Chart,
     /// Robust kernel against outliers, its scale in standard deviations: huber, pseudo-huber, cauchy, geman-mcclure,
-    /// welsch, tukey, fair, dcs, barron.
-    #[arg(long, value_name = "KERNEL[:SCALE]")]
+    /// welsch, tukey, fair, dcs, truncated, barron. Or find and leave out false loop closures by graduated non-convexity, odometry
+    /// trusted: gnc-tls, gnc-gm; without scale one true closure in a hundred is given up.
+    #[arg(long, value_name = "NAME[:SCALE]")]
     pub robust: Option<Robust>,
     /// Hold a vertex where it is; may be given again.
     #[arg(long, value_name = "ID")]
@@ -155,6 +160,21 @@ Examples:
 /// Options of `info`.
 #[derive(Args, Debug)]
 pub struct Info {
+    #[command(flatten)]
+    pub input: Input,
+}
+
+const DIAGNOSE_EXAMPLES: &str = "\
+Examples:
+  boxplus diagnose map.g2o
+  boxplus diagnose demo:manhattan --outliers 0.1
+  boxplus diagnose map.g2o --json | jq .fit.contradicting
+
+Exit code 4 where the measurements do not determine an answer.";
+
+/// Options of `diagnose`.
+#[derive(Args, Debug)]
+pub struct Diagnose {
     #[command(flatten)]
     pub input: Input,
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::str::FromStr;
 
-use boxplus::graph::{Kernel, KernelError};
+use boxplus::graph::{GraduatedLoss, Graduation, Kernel};
 use boxplus::pose_graph::simulate::Simulator;
 use boxplus::pose_graph::{self, ChartKind};
 use boxplus::{graph, io};
@@ -127,20 +127,35 @@ impl Chart {
     }
 }
 
-/// A robust kernel, and how the user wrote it.
+/// What is done against outliers, and how the user wrote it.
 #[derive(Clone, Debug)]
 pub struct Robust {
-    /// The library's word.
+    /// The kernel of every measurement.
     pub kernel: Kernel,
-    /// The user's.
+    /// How false loop closures are sought.
+    pub graduation: Option<Graduation>,
+    /// The user's word.
     pub text: String,
 }
 
 impl FromStr for Robust {
-    type Err = KernelError;
+    type Err = String;
 
-    fn from_str(text: &str) -> Result<Self, KernelError> {
-        Ok(Self { kernel: text.parse()?, text: text.to_owned() })
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (name, scale) = text.split_once(':').map_or((text, None), |(name, scale)| (name, Some(scale)));
+        let losses =
+            [("gnc-tls", GraduatedLoss::TruncatedLeastSquares), ("gnc-gm", GraduatedLoss::GemanMcClure)];
+        let Some((_, loss)) = losses.into_iter().find(|(known, _)| *known == name) else {
+            let kernel = text.parse().map_err(|error| format!("{error}, gnc-tls, gnc-gm"))?;
+            return Ok(Self { kernel, graduation: None, text: text.to_owned() });
+        };
+        let scale = match scale.map(str::parse::<f64>) {
+            None => None,
+            Some(Ok(scale)) if scale > 0.0 && scale.is_finite() => Some(scale),
+            Some(_) => return Err(format!("the scale of {name} must be positive and finite")),
+        };
+        let graduation = Some(Graduation { loss, scale });
+        Ok(Self { kernel: Kernel::None, graduation, text: text.to_owned() })
     }
 }
 
@@ -151,6 +166,8 @@ pub enum Indefinite {
     Refuse,
     /// Raise the eigenvalues until it is
     Clamp,
+    /// Weigh all directions of the translation alike, and all of the rotation
+    Isotropic,
     /// Leave the edge out
     Skip,
 }
@@ -161,6 +178,7 @@ impl Indefinite {
         match self {
             Self::Refuse => pose_graph::Indefinite::Refuse,
             Self::Clamp => pose_graph::Indefinite::Clamp,
+            Self::Isotropic => pose_graph::Indefinite::Isotropic,
             Self::Skip => pose_graph::Indefinite::Skip,
         }
     }

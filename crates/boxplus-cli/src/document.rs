@@ -51,6 +51,8 @@ pub struct SolveDocument {
     pub trace: Vec<Trial>,
     pub worst_edges: Vec<WorstEdge>,
     pub faults: Vec<FaultReport>,
+    /// With `--robust gnc-…`: the loop closures found to be false.
+    pub rejected_closures: Option<Vec<WorstEdge>>,
     /// Lines whose information matrix was mended, or that were left out: see `--indefinite`.
     pub mended: Vec<u32>,
     /// With `--certify`: what is proved about the result.
@@ -224,6 +226,11 @@ impl SolveDocument {
                 .collect(),
             worst_edges: solved.worst(DETAILED).iter().map(WorstEdge::new).collect(),
             faults: loaded.faults().iter().map(FaultReport::new).collect(),
+            rejected_closures: method
+                .robust
+                .as_ref()
+                .and_then(|robust| robust.graduation)
+                .map(|_| solved.rejected_closures().iter().map(WorstEdge::new).collect()),
             mended: solved.mended.iter().map(|line| line.0).collect(),
             certificate: None,
             unconstrained: solved.unconstrained.as_ref().map(ToString::to_string),
@@ -302,7 +309,8 @@ impl Trial {
 }
 
 impl WorstEdge {
-    fn new(misfit: &Misfit) -> Self {
+    /// The measurement in the document.
+    pub fn new(misfit: &Misfit) -> Self {
         Self {
             kind: misfit.kind.to_string(),
             from: misfit.from,

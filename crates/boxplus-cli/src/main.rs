@@ -5,6 +5,7 @@ mod args;
 mod before_after;
 mod choices;
 mod convert;
+mod diagnose;
 mod document;
 mod draw;
 mod error;
@@ -42,6 +43,7 @@ fn run(cli: &Cli) -> Result<Outcome, Error> {
     let console = Console::new(global.json, global.quiet, global.verbose);
     match &cli.verb {
         Verb::Solve(options) => return solve::run(options, global, console),
+        Verb::Diagnose(options) => return diagnose::run(options, global, console),
         Verb::Info(options) => info::run(options, global, console)?,
         Verb::Convert(options) => convert::run(options, global, console)?,
         Verb::Simulate(options) => simulate::run(options, global, console)?,

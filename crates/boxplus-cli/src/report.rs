@@ -1,6 +1,6 @@
 //! What `solve` says: one readable screen.
 
-use crate::document::{CertificateReport, DescentReport, Seconds, SolveDocument};
+use crate::document::{CertificateReport, DescentReport, Seconds, SolveDocument, WorstEdge};
 use crate::output::{DIM, GOOD, STRONG, WARN};
 use crate::text::{count, duration, grouped, significant};
 
@@ -20,6 +20,7 @@ impl SolveDocument {
         rows.push(row("held", &self.held()));
         rows.push(row("time", &self.time()));
         rows.extend(self.fault_rows());
+        rows.extend(self.rejected(if verbose { usize::MAX } else { WORST }));
         rows.extend(self.mended());
         rows.extend(self.worst_rows(if verbose { self.worst_edges.len() } else { WORST }));
         if verbose {
@@ -125,15 +126,33 @@ impl SolveDocument {
     }
 
     fn worst_rows(&self, shown: usize) -> Vec<String> {
-        let rows = self.worst_edges.iter().take(shown).enumerate().map(|(i, edge)| {
-            let to = edge.to.map_or(String::new(), |to| format!(" → {to}"));
-            let line = edge.line.map_or(String::new(), |line| format!("   {DIM}line {line}{DIM:#}"));
-            let ends = format!("{}{to}", edge.from);
-            let chi2 = significant(edge.chi2, 4);
-            let sigmas = significant(edge.sigmas, 3);
-            row(if i == 0 { "worst" } else { "" }, &format!("{ends:<16} χ² {chi2:<10} {sigmas:>6} σ{line}"))
-        });
-        rows.collect()
+        let edges = self.worst_edges.iter().take(shown).enumerate();
+        edges.map(|(i, edge)| row(if i == 0 { "worst" } else { "" }, &edge.text())).collect()
+    }
+
+    /// The loop closures found to be false.
+    fn rejected(&self, shown: usize) -> Vec<String> {
+        let Some(rejected) = &self.rejected_closures else { return vec![] };
+        let told = match rejected.len() {
+            0 => format!(
+                "{GOOD}none{GOOD:#} of {}",
+                count(self.loop_closures, "loop closure", "loop closures")
+            ),
+            n => format!(
+                "{WARN}{}{WARN:#} of {} found false, and left out",
+                grouped(n),
+                count(self.loop_closures, "loop closure", "loop closures")
+            ),
+        };
+        let mut rows = vec![row("rejected", &told)];
+        rows.extend(rejected.iter().take(shown).map(|edge| row("", &edge.text())));
+        if rejected.len() > shown {
+            rows.push(row(
+                "",
+                &format!("{DIM}and {} more, with --verbose{DIM:#}", grouped(rejected.len() - shown)),
+            ));
+        }
+        rows
     }
 
     fn trace_rows(&self) -> Vec<String> {
@@ -181,6 +200,17 @@ impl CertificateReport {
             row("", &text)
         };
         [row("optimum", &verdict)].into_iter().chain(self.descent.as_ref().map(way)).collect()
+    }
+}
+
+impl WorstEdge {
+    /// `0 → 7   χ² 12.1   2 σ   line 5`.
+    pub fn text(&self) -> String {
+        let to = self.to.map_or(String::new(), |to| format!(" → {to}"));
+        let line = self.line.map_or(String::new(), |line| format!("   {DIM}line {line}{DIM:#}"));
+        let ends = format!("{}{to}", self.from);
+        let (chi2, sigmas) = (significant(self.chi2, 4), significant(self.sigmas, 3));
+        format!("{ends:<16} χ² {chi2:<10} {sigmas:>6} σ{line}")
     }
 }
 

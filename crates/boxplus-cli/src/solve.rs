@@ -33,13 +33,13 @@ pub fn run(options: &Solve, global: &Global, console: Console) -> Result<Outcome
     let loaded = input::load(&options.input, global, console)?;
     let settings = settings(&options.method, global);
     let solved = optimise(&loaded.graph, &loaded, &settings, console)?;
-    let interrupted = solved.report.termination == Termination::Interrupted;
-    let (solved, certificate) = if options.method.certify && !interrupted {
-        let (solved, certificate) = certified(solved, &loaded, &settings, console)?;
-        (solved, Some(certificate))
-    } else {
-        (solved, None)
-    };
+    let (solved, certificate) =
+        if options.method.certify && solved.report.termination != Termination::Interrupted {
+            let (solved, certificate) = certified(solved, &loaded, &settings, console)?;
+            (solved, Some(certificate))
+        } else {
+            (solved, None)
+        };
 
     let mut document = SolveDocument::new(&loaded, &options.method, &solved, started.elapsed().as_secs_f64());
     certificate.iter().for_each(|certificate| document.certified(certificate));
@@ -58,7 +58,9 @@ pub fn run(options: &Solve, global: &Global, console: Console) -> Result<Outcome
     if console.is_json() {
         output::document(&document)?;
     }
-    Ok(outcome(&solved, options.output.is_some(), console))
+    let stopped = solved.report.termination == Termination::Interrupted
+        || certificate.is_some_and(|certificate| certificate.stopped);
+    Ok(outcome(&solved, stopped, options.output.is_some(), console))
 }
 
 /// The format of the result, which must hold poses.
@@ -78,6 +80,7 @@ fn settings(method: &Method, global: &Global) -> SolveSettings {
         chart: method.chart.library(),
         initial: method.init.library(),
         kernel: method.robust.as_ref().map_or(Kernel::None, |robust| robust.kernel),
+        graduation: method.robust.as_ref().and_then(|robust| robust.graduation),
         fixed: method.fix.clone(),
         indefinite: method.indefinite.library(),
         options: SolveOptions {
@@ -117,7 +120,8 @@ fn certified(
     }
     let settings = SolveSettings { initial: Initial::AsGiven, ..settings.clone() };
     let better = optimise(&certificate.graph, loaded, &settings, console)?;
-    let first = Solved {
+    // From the first estimate to the best one; what came between is in the certificate.
+    let solved = Solved {
         graph: better.graph,
         cost: better.cost,
         costs: better.costs,
@@ -126,7 +130,7 @@ fn certified(
         unconstrained: better.unconstrained,
         ..solved
     };
-    Ok((first, certificate))
+    Ok((solved, certificate))
 }
 
 fn optimise(
@@ -152,8 +156,8 @@ fn optimise(
     solve_observed(graph, settings, observe).map_err(|error| loaded.refusal(error))
 }
 
-fn outcome(solved: &Solved, saved: bool, console: Console) -> Outcome {
-    if solved.report.termination == Termination::Interrupted {
+fn outcome(solved: &Solved, stopped: bool, saved: bool, console: Console) -> Outcome {
+    if stopped {
         let kept = if saved {
             "the best poses so far are saved"
         } else {

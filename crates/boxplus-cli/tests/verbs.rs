@@ -200,6 +200,33 @@ fn gzip_comes_in_and_goes_out() {
 }
 
 #[test]
+fn diagnose_names_what_floats_and_what_fits() {
+    let run = square().boxplus("diagnose map.g2o");
+    assert_eq!(run.code, 0);
+    settings().bind(|| insta::assert_snapshot!(run.transcript()));
+}
+
+#[test]
+fn diagnose_names_false_loop_closures_and_solve_leaves_them_out() {
+    let folder = Folder::new();
+    let run = folder.boxplus("diagnose demo:manhattan --size 300 --outliers 0.1 --seed 1 --json");
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let named: usize = run.json()["fit"]["contradicting"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|g| g.as_array().unwrap().len())
+        .sum();
+    assert!(named > 3);
+    let run =
+        folder.boxplus("solve demo:manhattan --size 300 --outliers 0.1 --seed 1 --robust gnc-tls --json");
+    assert_eq!(run.json()["rejected_closures"].as_array().unwrap().len(), named);
+    for bad in ["gnc-tls:0", "gnc-gm:x", "gnc"] {
+        assert_eq!(folder.boxplus(&format!("solve demo:sphere --robust {bad}")).code, 2, "{bad}");
+    }
+}
+
+#[test]
 fn info_counts_and_checks() {
     let folder = Folder::new()
         .with("map.g2o", format!("{SQUARE}FIX 0\nEDGE_SE2 3 0 1 0 1.57 100 0 0 100 0 400\nROBOT 7\n"));
@@ -257,6 +284,7 @@ fn every_verb_has_a_document_for_machines() {
     for (verb, arguments) in [
         ("solve", "map.g2o"),
         ("info", "map.g2o"),
+        ("diagnose", "map.g2o"),
         ("convert", "map.g2o out.graph"),
         ("simulate", "grid --size 30 -o grid.g2o --truth truth.g2o"),
         ("plot", "map.g2o -o map.svg"),
@@ -385,7 +413,7 @@ fn quiet_says_nothing_and_a_pipe_gets_no_colours() {
 
 #[test]
 fn help_has_examples_that_run() {
-    for verb in ["", "solve", "info", "convert", "simulate", "plot", "completions"] {
+    for verb in ["", "solve", "info", "diagnose", "convert", "simulate", "plot", "completions"] {
         let run = Folder::new().boxplus(&format!("{verb} --help"));
         assert_eq!((run.code, run.stderr.as_str()), (0, ""), "{verb}");
         assert!(run.stdout.contains("Examples:"), "{verb}");

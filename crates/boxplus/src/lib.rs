@@ -7,6 +7,7 @@
 //! | [`lie`] | groups: Exp, Log, ⊞, ⊟, adjoints, every Jacobian on both sides | always, `no_std` |
 //! | [`uncertainty`] | uncertain elements: compose, relate, fuse, transform, judge; to fourth order, on both sides | always, `no_std` |
 //! | [`trajectory`] | curves, splines, kinematics, integrators, noise over time, inertial sensors | always, `no_std` |
+//! | [`filter`] | filters: one belief carried through motions and measurements, and whether it can be believed | always, `no_std` (`rand`: Monte Carlo) |
 //! | `graph` | factor graphs: the estimate that fits all measurements best, and how sure it is | `solve` (`parallel`: on all cores) |
 //! | `pose_graph` | pose graphs as data: statistics, faults, simulators, and their optimum | `io` (and `solve`) |
 //! | `io` | g2o, TORO and iSAM files | `io` |
@@ -14,6 +15,7 @@
 
 pub use nalgebra;
 
+pub mod filter;
 #[cfg(feature = "solve")]
 pub mod graph;
 #[cfg(feature = "io")]

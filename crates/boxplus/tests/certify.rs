@@ -5,58 +5,25 @@
     reason = "a test fails by panicking and says what it measured"
 )]
 
+mod public_data;
+
 use std::ops::ControlFlow;
-use std::path::PathBuf;
 
 use boxplus::graph::Initial;
-use boxplus::io;
 use boxplus::lie::{LieGroup, SE2};
 use boxplus::pose_graph::certify::{CertifyError, Verdict, certify, certify_observed};
 use boxplus::pose_graph::simulate::{Options, Simulator};
 use boxplus::pose_graph::solve::solve;
 use boxplus::pose_graph::{ChartKind, Costs, Edge, Line, PoseGraph, SolveSettings, Vertex};
 use nalgebra::{Matrix3, Vector2};
-
-fn folder() -> Option<PathBuf> {
-    let beside = || concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data").into();
-    let folder = std::env::var_os("BOXPLUS_DATA").map_or_else(beside, PathBuf::from).join("pose-graph");
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    println!("SKIPPED: there is no {}; set BOXPLUS_DATA to a folder with pose-graph/", folder.display());
-    None
-}
-
-fn read(folder: &std::path::Path, name: &str) -> PoseGraph {
-    let path = [name.to_owned(), format!("{name}.gz")]
-        .map(|name| folder.join(name))
-        .into_iter()
-        .find(|p| p.is_file());
-    let path = path.unwrap_or_else(|| panic!("{name} is not in {}", folder.display()));
-    io::read(&std::fs::read(path).unwrap(), name, None).unwrap().graph
-}
-
-/// SE-Sync's optima; see `datasets.rs`.
-const OPTIMA: [(&str, f64); 11] = [
-    ("M3500.g2o", 193.8622584),
-    ("manhattan.g2o", 6431.391387),
-    ("intel.g2o", 52.34822729),
-    ("MIT.g2o", 61.15411552),
-    ("kitti_00.g2o", 125.693515),
-    ("sphere2500.g2o", 1687.005814),
-    ("parking-garage.g2o", 1.262524428),
-    ("torus3D.g2o", 24227.04556),
-    ("sphere_bignoise_vertex3.g2o", 2961756.49),
-    ("smallGrid3D.g2o", 1025.398056),
-    ("tinyGrid3D.g2o", 18.51936642),
-];
+use public_data::{OPTIMA, graph};
 
 #[test]
 fn the_known_optima_are_certified() {
-    let Some(folder) = folder() else { return };
-    for (name, optimum) in OPTIMA {
+    for (name, [optimum, ..]) in OPTIMA {
+        let Some(graph) = graph(name) else { return };
         let settings = SolveSettings::default();
-        let solved = solve(&read(&folder, name), &settings).unwrap();
+        let solved = solve(&graph, &settings).unwrap();
         let c = certify(&solved.graph, &settings).unwrap();
         println!("{name}: {} at least {} ({:.1e})", c.cost, c.lower_bound, c.gap() / c.cost);
         assert_eq!((c.given, c.verdict, c.escapes), (Verdict::Optimal, Verdict::Optimal, 0), "{name}");
@@ -68,9 +35,9 @@ fn the_known_optima_are_certified() {
 /// From the vertices of the file, descent ends in a minimum twenty times too high.
 #[test]
 fn a_local_minimum_of_real_data_is_left_for_the_optimum() {
-    let Some(folder) = folder() else { return };
+    let Some(graph) = graph("MIT.g2o") else { return };
     let settings = SolveSettings { initial: Initial::AsGiven, ..SolveSettings::default() };
-    let solved = solve(&read(&folder, "MIT.g2o"), &settings).unwrap();
+    let solved = solve(&graph, &settings).unwrap();
     let c = certify(&solved.graph, &settings).unwrap();
     assert!(c.given == Verdict::NotOptimal && c.given_cost > 1000.0, "{}", c.given_cost);
     assert!(c.descent.unwrap().curvature < 0.0);
@@ -157,7 +124,7 @@ fn what_the_proof_does_not_cover_is_refused_by_name() {
 fn an_observer_stops_the_search_with_what_is_known() {
     let c =
         certify_observed(&twisted(20), &SolveSettings::default(), &mut |_| ControlFlow::Break(())).unwrap();
-    assert!(c.escapes == 0 && c.lower_bound <= c.cost);
+    assert!(c.stopped && c.escapes == 0 && c.lower_bound <= c.cost);
 }
 
 #[test]

@@ -7,47 +7,12 @@
     reason = "a test fails by panicking and says what it skips"
 )]
 
-use std::path::PathBuf;
+mod public_data;
 
 use boxplus::graph::Initial;
-use boxplus::io;
 use boxplus::pose_graph::solve::solve;
-use boxplus::pose_graph::{ChartKind, PoseGraph, SolveSettings};
-
-/// The folder of the public data: `BOXPLUS_DATA`, else `shared/data` beside the checkout.
-fn folder() -> Option<PathBuf> {
-    let beside = || concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data").into();
-    let folder = std::env::var_os("BOXPLUS_DATA").map_or_else(beside, PathBuf::from).join("pose-graph");
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    println!("SKIPPED: there is no {}; set BOXPLUS_DATA to a folder with pose-graph/", folder.display());
-    None
-}
-
-fn read(folder: &std::path::Path, name: &str) -> PoseGraph {
-    let path = [name.to_owned(), format!("{name}.gz")]
-        .map(|name| folder.join(name))
-        .into_iter()
-        .find(|p| p.is_file());
-    let path = path.unwrap_or_else(|| panic!("{name} is not in {}", folder.display()));
-    io::read(&std::fs::read(path).unwrap(), name, None).unwrap().graph
-}
-
-/// Optima of (SE-Sync, log, g2o, Ceres): the first certified, the others the best known.
-const OPTIMA: [(&str, [f64; 4]); 11] = [
-    ("M3500.g2o", [193.8622584, 68.95743912, 137.9129509, 68.95647547]),
-    ("manhattan.g2o", [6431.391387, 1774.520535, 3549.036796, 1766.729263]),
-    ("intel.g2o", [52.34822729, 22.50211654, 45.00469581, 22.20890399]),
-    ("MIT.g2o", [61.15411552, 20.60347352, 41.16326884, 19.80064724]),
-    ("kitti_00.g2o", [125.693515, 49.16106912, 98.32201174, 49.13134093]),
-    ("sphere2500.g2o", [1687.005814, 675.7009629, 727.1496672, 677.0084937]),
-    ("parking-garage.g2o", [1.262524428, 0.6341924, 1.23869058, 0.6341932]),
-    ("torus3D.g2o", [24227.04556, 12117.63688, 14574.74644, 12113.52278]),
-    ("sphere_bignoise_vertex3.g2o", [2961756.49, 1494168.755, 743862.7209, 1476863.346]),
-    ("smallGrid3D.g2o", [1025.398056, 517.9253324, 458.1537843, 512.6990278]),
-    ("tinyGrid3D.g2o", [18.51936642, 9.313909434, 6.727881617, 9.259683211]),
-];
+use boxplus::pose_graph::{ChartKind, SolveSettings};
+use public_data::{OPTIMA, graph};
 
 /// The best log costs that any solver is known to reach on the other files, to six digits.
 const OTHERS: [(&str, f64); 5] = [
@@ -60,10 +25,9 @@ const OTHERS: [(&str, f64); 5] = [
 
 #[test]
 fn the_known_optima_are_reached_with_default_settings_in_all_four_conventions() {
-    let Some(folder) = folder() else { return };
     let mut missed = vec![];
     for (name, optima) in OPTIMA {
-        let graph = read(&folder, name);
+        let Some(graph) = graph(name) else { return };
         for (chart, optimum) in
             [ChartKind::SeSync, ChartKind::Log, ChartKind::G2o, ChartKind::Ceres].into_iter().zip(optima)
         {
@@ -89,9 +53,9 @@ fn the_known_optima_are_reached_with_default_settings_in_all_four_conventions() 
 
 #[test]
 fn no_solver_is_known_to_do_better_on_the_other_files() {
-    let Some(folder) = folder() else { return };
     for (name, best) in OTHERS {
-        let solved = solve(&read(&folder, name), &SolveSettings::default()).unwrap();
+        let Some(graph) = graph(name) else { return };
+        let solved = solve(&graph, &SolveSettings::default()).unwrap();
         println!("{name}: {}", solved.cost);
         assert!(
             solved.report.converged() && solved.cost < best * (1.0 + 5e-6),
@@ -105,9 +69,9 @@ fn no_solver_is_known_to_do_better_on_the_other_files() {
 /// From the files' own poses, plain descent ends in poor local minima on some; the start is what makes the difference.
 #[test]
 fn the_chordal_start_is_chosen_where_the_given_one_is_poor() {
-    let Some(folder) = folder() else { return };
     for name in ["MIT.g2o", "torus3D.g2o", "M3500a.g2o"] {
-        let solved = solve(&read(&folder, name), &SolveSettings::default()).unwrap();
+        let Some(graph) = graph(name) else { return };
+        let solved = solve(&graph, &SolveSettings::default()).unwrap();
         assert_eq!(solved.initialisation, Initial::Chordal, "{name}");
         assert!(solved.given_cost.unwrap() > 10.0 * solved.initial_cost, "{name}");
     }

@@ -1,13 +1,14 @@
 //! Public data sets, read from `BOXPLUS_DATA` or `../shared/data` beside the repository. They are not part of it: without the
 //! folder these tests say so and pass.
 #![cfg(feature = "io")]
-#![allow(clippy::unwrap_used, clippy::print_stderr)] // a failing test may panic; a skipped one must say so
+#![allow(clippy::unwrap_used, clippy::print_stdout)] // a failing test may panic; a skipped one must say so
+
+mod public_data;
 
 use boxplus::io::{self, Format};
 use boxplus::lie::{LieGroup, SE2, SE3};
 use boxplus::pose_graph::{Fault, Kind, PoseGraph, Severity};
 use std::collections::BTreeMap;
-use std::path::PathBuf;
 
 type Row = (&'static str, Format, usize, usize, usize, Option<f64>);
 
@@ -31,17 +32,6 @@ const POSE_GRAPHS: [Row; 17] = [
     ("sphere_smallnoise.toro.graph", Format::Toro, 2200, 8647, 6448, Some(982589.0)),
     ("sphere400.isam.txt", Format::Isam, 400, 779, 380, Some(2.24378e6)),
 ];
-
-/// The bytes of a data set, or `None` with a note that the test skips it.
-fn dataset(path: &str) -> Option<Vec<u8>> {
-    let beside = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
-    let folder = std::env::var_os("BOXPLUS_DATA").map_or(beside, PathBuf::from);
-    let bytes = std::fs::read(folder.join(path)).ok();
-    if bytes.is_none() {
-        eprintln!("skipped: {path} is not in {} (set BOXPLUS_DATA)", folder.display());
-    }
-    bytes
-}
 
 /// Initial poses: of the file, or chained along the edges i → i + 1 from the identity.
 fn initial<G: LieGroup<D>, const D: usize>(
@@ -93,7 +83,7 @@ fn chi2(graph: &PoseGraph) -> f64 {
 #[test]
 fn every_public_pose_graph_is_read_as_published() {
     for (name, format, poses, edges, loops, chi2_start) in POSE_GRAPHS {
-        let Some(bytes) = dataset(&format!("pose-graph/{name}")) else { return };
+        let Some(bytes) = public_data::bytes(&format!("pose-graph/{name}")) else { return };
         let parsed = io::read(&bytes, name, None).unwrap();
         assert_eq!(parsed.format, format, "{name}");
         let s = parsed.graph.statistics();
@@ -115,7 +105,7 @@ fn every_public_pose_graph_is_read_as_published() {
 #[test]
 fn every_public_pose_graph_is_written_and_read_back_bit_for_bit() {
     for (name, ..) in POSE_GRAPHS {
-        let Some(bytes) = dataset(&format!("pose-graph/{name}")) else { return };
+        let Some(bytes) = public_data::bytes(&format!("pose-graph/{name}")) else { return };
         let graph = io::read(&bytes, name, None).unwrap().graph;
         let text = io::write(&graph, Format::G2o).unwrap();
         let back = io::read(text.as_bytes(), name, None).unwrap().graph;
@@ -126,21 +116,21 @@ fn every_public_pose_graph_is_written_and_read_back_bit_for_bit() {
 
 #[test]
 fn manhattan_olson_repeats_145_edges() {
-    let Some(bytes) = dataset("pose-graph/manhattanOlson3500.g2o") else { return };
+    let Some(bytes) = public_data::bytes("pose-graph/manhattanOlson3500.g2o") else { return };
     let graph = io::read(&bytes, "manhattanOlson3500.g2o", None).unwrap().graph;
     assert_eq!(graph.statistics().repeated_edges, 145);
 }
 
 #[test]
 fn isam_landmark_files_are_read_as_published() {
-    let Some(bytes) = dataset("landmark-slam/victoriaPark.isam.txt") else { return };
+    let Some(bytes) = public_data::bytes("landmark-slam/victoriaPark.isam.txt") else { return };
     let parsed = io::read(&bytes, "victoriaPark", None).unwrap();
     let s = parsed.graph.statistics();
     assert_eq!((parsed.format, s.ids, s.components), (Format::Isam, 6969 + 151, 1));
     assert_eq!(s.counts, [(Kind::Edge2, 6968), (Kind::Sighting2, 3640)]);
     assert_eq!(s.loop_closures, 0);
 
-    let Some(bytes) = dataset("landmark-slam/torus2000Points.isam.txt") else { return };
+    let Some(bytes) = public_data::bytes("landmark-slam/torus2000Points.isam.txt") else { return };
     let parsed = io::read(&bytes, "torus2000Points", None).unwrap();
     let s = parsed.graph.statistics();
     assert_eq!((s.ids, s.components, parsed.point_shift), (1073 + 20, 1, 1073));
@@ -152,7 +142,7 @@ fn isam_landmark_files_are_read_as_published() {
 #[test]
 fn toro_and_isam_keep_the_graph_to_rounding() {
     for (name, format, ..) in POSE_GRAPHS {
-        let Some(bytes) = dataset(&format!("pose-graph/{name}")) else { return };
+        let Some(bytes) = public_data::bytes(&format!("pose-graph/{name}")) else { return };
         let graph = io::read(&bytes, name, None).unwrap().graph;
         let expected = chi2(&graph);
         if format == Format::Isam || graph.vertex_count() == 0 {

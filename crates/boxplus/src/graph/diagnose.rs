@@ -89,14 +89,29 @@ pub(crate) fn weakest(
         return Ok(None);
     }
     let (scaled, scale) = scale(structure, normal);
+    let Some((basis, _)) = softest(structure, &scaled)? else {
+        return Ok(None); // negative curvature beyond rounding cannot come from JᵀJ
+    };
+    let free = free_directions(evaluator, structure, values, (&scaled, &scale), &basis);
+    Ok((!free.is_empty()).then(|| describe(structure, values, &free, sought)))
+}
+
+/// An orthonormal basis, column by column, of (nearly) the softest directions of the scaled matrix, by inverse iteration, and the
+/// factorisation it was made with. `None` where no small shift makes the matrix positive definite.
+pub(crate) fn softest(
+    structure: &Structure,
+    scaled: &[f64],
+) -> Result<Option<(Vec<f64>, Cholesky)>, GraphError> {
+    let size = structure.size();
+    let sought = SOUGHT.min(size);
     let mut cholesky = Cholesky::new(&structure.pattern, sought)?;
     let factorised = SHIFTS.iter().any(|shift| {
-        let mut shifted = scaled.clone();
+        let mut shifted = scaled.to_vec();
         structure.diagonal.iter().for_each(|&at| shifted[at] += shift);
         cholesky.factorise(&structure.pattern, &shifted).is_ok()
     });
     if !factorised {
-        return Ok(None); // negative curvature beyond rounding cannot come from JᵀJ
+        return Ok(None);
     }
     let mut basis = rough(size * sought);
     orthonormalise(&mut basis, size);
@@ -104,8 +119,7 @@ pub(crate) fn weakest(
         cholesky.solve(&mut basis);
         orthonormalise(&mut basis, size);
     }
-    let free = free_directions(evaluator, structure, values, (&scaled, &scale), &basis);
-    Ok((!free.is_empty()).then(|| describe(structure, values, &free, sought)))
+    Ok(Some((basis, cholesky)))
 }
 
 /// S·H·S with S = D^-½, which has a unit diagonal, and S. A coordinate that nothing reads keeps its zero.

@@ -26,6 +26,7 @@
 //! # Ok::<(), boxplus::graph::GraphError>(())
 //! ```
 
+mod conditioning;
 mod diagnose;
 mod error;
 mod factor;
@@ -42,6 +43,7 @@ mod solve;
 mod values;
 mod variable;
 
+pub use conditioning::{Conditioning, Loose, Weak};
 pub use diagnose::{FreeCoordinate, Unconstrained};
 pub use error::GraphError;
 pub use factor::{Factor, FactorId, MAX_ARITY, Variables, dual_jacobians};
@@ -59,7 +61,10 @@ pub use noise::Noise;
 pub use robust::{Kernel, KernelError};
 #[cfg(feature = "io")]
 pub(crate) use solve::clock::Clock;
-pub use solve::{Algorithm, Iteration, Seconds, Solution, SolveOptions, SolveReport, Termination};
+pub use solve::{
+    Algorithm, Graduated, GraduatedLoss, Graduation, Iteration, Seconds, Solution, SolveOptions, SolveReport,
+    Termination,
+};
 pub use values::{Key, Values, VariableId};
 pub use variable::{GroupVariable, JacobianBlock, Located, TangentResidual, Variable, derivative};
 

@@ -35,6 +35,14 @@ pub enum Kernel {
     Fair(f64),
     /// Dynamic covariance scaling: ρ = s for s ≤ k, else 4ks/(k + s) − k. Agarwal et al. (2013), MacTavish & Barfoot (2015).
     Dcs(f64),
+    /// Truncated least squares, ρ = min(s, k²), with its corner rounded between k²/(1 + β) and k²(1 + β):
+    /// ρ = (2k√(1 + β)√s − k² − s)/β there. β = 0 is sharp. Yang et al. (2020), eq. 12, with β = 1/μ.
+    Truncated {
+        /// Scale k > 0.
+        scale: f64,
+        /// Spread β ≥ 0 of the corner.
+        spread: f64,
+    },
     /// Barron's general kernel (2019), twice his loss: ρ = 2c²|α − 2|/α·((s/c²/|α − 2| + 1)^(α/2) − 1) and its limits.
     /// α = 2 is least squares, 1 pseudo-Huber, 0 Cauchy, −2 Geman–McClure, −∞ Welsch (with other scales).
     Barron {
@@ -47,7 +55,7 @@ pub enum Kernel {
 
 impl Kernel {
     /// The names that [`FromStr`] knows.
-    pub const NAMES: [&'static str; 10] = [
+    pub const NAMES: [&'static str; 11] = [
         "none",
         "huber",
         "pseudo-huber",
@@ -57,6 +65,7 @@ impl Kernel {
         "tukey",
         "fair",
         "dcs",
+        "truncated",
         "barron",
     ];
 
@@ -72,6 +81,9 @@ impl Kernel {
             | Self::Tukey(k)
             | Self::Fair(k)
             | Self::Dcs(k) => (2.0, k),
+            Self::Truncated { scale, spread } => {
+                return spread >= 0.0 && spread.is_finite() && scale > 0.0 && scale.is_finite();
+            }
             Self::Barron { alpha, scale } => (alpha, scale),
         };
         shape <= 2.0 && scale > 0.0 && scale.is_finite()
@@ -124,8 +136,21 @@ impl Kernel {
                     (4.0 * k * s / (k + s) - k, (2.0 * k / (k + s)).powi(2))
                 }
             }
+            Self::Truncated { scale, spread } => truncated(s, scale * scale, spread),
             Self::Barron { alpha, scale } => barron(s, alpha, scale),
         }
+    }
+}
+
+fn truncated(s: f64, bound: f64, spread: f64) -> (f64, f64) {
+    let corner = 1.0 + spread;
+    if s * corner <= bound {
+        (s, 1.0)
+    } else if s >= bound * corner {
+        (bound, 0.0)
+    } else {
+        let root = (corner * bound).sqrt();
+        ((2.0 * root * s.sqrt() - bound - s) / spread, (root / s.sqrt() - 1.0) / spread)
     }
 }
 
@@ -150,7 +175,7 @@ fn barron(s: f64, alpha: f64, scale: f64) -> (f64, f64) {
 /// A kernel's text was not understood.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "`{text}` is no robust kernel; write NAME or NAME:SCALE (barron:SHAPE:SCALE) with a positive scale, NAME one of none, huber, pseudo-huber, cauchy, geman-mcclure, welsch, tukey, fair, dcs, barron"
+    "`{text}` is no robust kernel; write NAME or NAME:SCALE (barron:SHAPE:SCALE) with a positive scale, NAME one of none, huber, pseudo-huber, cauchy, geman-mcclure, welsch, tukey, fair, dcs, truncated, barron"
 )]
 pub struct KernelError {
     /// What was written.
@@ -182,6 +207,7 @@ impl FromStr for Kernel {
             "tukey" => Self::Tukey(scale),
             "fair" => Self::Fair(scale),
             "dcs" => Self::Dcs(scale),
+            "truncated" => Self::Truncated { scale, spread: 0.0 },
             "barron" if count == 2 => Self::Barron { alpha: numbers[0], scale },
             _ => return Err(error()),
         };
@@ -204,6 +230,8 @@ mod tests {
             Kernel::Tukey(1.3),
             Kernel::Fair(1.3),
             Kernel::Dcs(1.3),
+            Kernel::Truncated { scale: 1.3, spread: 0.0 },
+            Kernel::Truncated { scale: 1.3, spread: 4.0 },
         ];
         let shapes = [2.0, 1.5, 1.0, 0.0, -2.0, -7.0, f64::NEG_INFINITY];
         kernels.extend(shapes.map(|alpha| Kernel::Barron { alpha, scale: 0.7 }));

@@ -133,6 +133,7 @@ pub(crate) trait AnySet: Any + Send + Sync {
     /// Adds what [`Self::linearise`] wrote to the normal equations, factor by factor.
     fn scatter(&self, range: Range<usize>, parts: &[f64], plan: &SetPlan, normal: &mut Normal);
     fn set_kernel(&mut self, kernel: Kernel);
+    fn set_kernel_of(&mut self, index: usize, kernel: Kernel);
     /// A kernel whose scale makes no sense.
     fn invalid_kernel(&self) -> Option<Kernel>;
     fn as_any(&self) -> &dyn Any;
@@ -245,6 +246,9 @@ impl<F: Factor<R>, const R: usize> AnySet for FactorSet<F, R> {
     }
     fn set_kernel(&mut self, kernel: Kernel) {
         self.kernels.fill(kernel);
+    }
+    fn set_kernel_of(&mut self, index: usize, kernel: Kernel) {
+        self.kernels[index] = kernel;
     }
     fn invalid_kernel(&self) -> Option<Kernel> {
         self.kernels.iter().find(|kernel| !kernel.is_valid()).copied()

@@ -24,49 +24,49 @@ pub trait Action<const D: usize, const N: usize>: LieGroup<D> {
     fn generators_at(p: &SVector<Self::Scalar, N>) -> SMatrix<Self::Scalar, N, D>;
 
     /// y = X·p, right Jacobians: `(y, d_y_d_self, d_y_d_p)`, N×D and N×N.
-    #[inline(always)]
+    #[inline]
     fn act_jac(&self, p: &SVector<Self::Scalar, N>) -> PointJac<Self, D, N> {
         let a = self.linear_part();
         (self.act(p), a * Self::generators_at(p), a)
     }
     /// y = X·p, left Jacobian in X: `(y, d_y_d_self, d_y_d_p)`.
-    #[inline(always)]
+    #[inline]
     fn act_left_jac(&self, p: &SVector<Self::Scalar, N>) -> PointJac<Self, D, N> {
         let y = self.act(p);
         (y, Self::generators_at(&y), self.linear_part())
     }
 
     /// y = X⁻¹·p: a point of the parent frame, seen in the local frame.
-    #[inline(always)]
+    #[inline]
     fn act_inverse(&self, p: &SVector<Self::Scalar, N>) -> SVector<Self::Scalar, N> {
         self.inverse().act(p)
     }
     /// y = X⁻¹·p, right Jacobian in X: `(y, d_y_d_self, d_y_d_p)`.
-    #[inline(always)]
+    #[inline]
     fn act_inverse_jac(&self, p: &SVector<Self::Scalar, N>) -> PointJac<Self, D, N> {
         let (y, d_y, a) = self.inverse().act_left_jac(p);
         (y, -d_y, a)
     }
     /// y = X⁻¹·p, left Jacobian in X: `(y, d_y_d_self, d_y_d_p)`.
-    #[inline(always)]
+    #[inline]
     fn act_inverse_left_jac(&self, p: &SVector<Self::Scalar, N>) -> PointJac<Self, D, N> {
         let (y, d_y, a) = self.inverse().act_jac(p);
         (y, -d_y, a)
     }
 
     /// y = A·d: a direction, a velocity or a difference of points, which no translation moves.
-    #[inline(always)]
+    #[inline]
     fn act_direction(&self, d: &SVector<Self::Scalar, N>) -> SVector<Self::Scalar, N> {
         self.linear_part() * d
     }
     /// y = A·d, right Jacobian in X: `(y, d_y_d_self, d_y_d_d)`.
-    #[inline(always)]
+    #[inline]
     fn act_direction_jac(&self, d: &SVector<Self::Scalar, N>) -> PointJac<Self, D, N> {
         let a = self.linear_part();
         (self.act_direction(d), a * direction_generators::<Self, D, N>(d), a)
     }
     /// y = A·d, left Jacobian in X: `(y, d_y_d_self, d_y_d_d)`.
-    #[inline(always)]
+    #[inline]
     fn act_direction_left_jac(&self, d: &SVector<Self::Scalar, N>) -> PointJac<Self, D, N> {
         let y = self.act_direction(d);
         (y, direction_generators::<Self, D, N>(&y), self.linear_part())
@@ -80,7 +80,7 @@ pub type PointJac<G, const D: usize, const N: usize> = (
     SMatrix<<G as LieGroup<D>>::Scalar, N, N>,
 );
 
-#[inline(always)]
+#[inline]
 fn direction_generators<G: Action<D, N>, const D: usize, const N: usize>(
     d: &SVector<G::Scalar, N>,
 ) -> SMatrix<G::Scalar, N, D> {

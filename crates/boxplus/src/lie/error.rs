@@ -1,6 +1,6 @@
-//! What can be wrong with numbers that should become a group element.
+//! What can be wrong with numbers that should become a group element, and with elements that should have a mean.
 
-/// Why numbers do not determine an element of a group.
+/// Why numbers, or elements, do not determine an element of a group.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LieError {
@@ -82,5 +82,47 @@ pub enum LieError {
     NotUnit {
         /// ||q|² − 1|.
         deviation: f64,
+    },
+    /// A mean of nothing.
+    #[error("no elements, no mean")]
+    NoElements,
+    /// Not one weight per element.
+    #[error("{weights} weights for {elements} elements; each needs one")]
+    WeightCount {
+        /// How many elements were given.
+        elements: usize,
+        /// How many weights.
+        weights: usize,
+    },
+    /// A weight that is negative, NaN or infinite.
+    #[error("a weight must be finite and at least 0, but that of element {index} is {weight}")]
+    NotAWeight {
+        /// The element, from 0.
+        index: usize,
+        /// Its weight.
+        weight: f64,
+    },
+    /// All weights are zero.
+    #[error("all weights are zero; some element must count")]
+    NoWeight,
+    /// Elements so far apart that several means, or none, are as good.
+    #[error(
+        "too dispersed for one mean: element {index} is {reach:.2} of the way to the cut locus, and 0.50 is the bound (rotations: 90°); if some elements are outliers, take `median`"
+    )]
+    TooDispersed {
+        /// The element furthest on its way from the centre to where Log jumps.
+        index: usize,
+        /// How far on that way, from 0 to 1; on rotations θ/π.
+        reach: f64,
+    },
+    /// An iteration did not settle.
+    #[error(
+        "not settled after {iterations} iterations (last step {step:.1e}); the elements are too far apart"
+    )]
+    NotConverged {
+        /// How many were made.
+        iterations: usize,
+        /// Length of the last step.
+        step: f64,
     },
 }

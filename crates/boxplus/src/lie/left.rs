@@ -19,35 +19,35 @@ use nalgebra::SMatrix;
 /// ```
 pub trait LeftJacobians<const D: usize>: LieGroup<D> {
     /// X⁻¹: `(value, −Ad_{X⁻¹})`.
-    #[inline(always)]
+    #[inline]
     fn inverse_left_jac(&self) -> (Self, Jacobian<Self::Scalar, D>) {
         let inverse = self.inverse();
         (inverse, -inverse.adjoint())
     }
     /// X·Y: `(value, I, Ad_X)`.
-    #[inline(always)]
+    #[inline]
     fn compose_left_jac(&self, rhs: &Self) -> (Self, Jacobian<Self::Scalar, D>, Jacobian<Self::Scalar, D>) {
         (self.compose(rhs), SMatrix::identity(), self.adjoint())
     }
     /// X⁻¹Y: `(value, −Ad_{X⁻¹}, Ad_{X⁻¹})`.
-    #[inline(always)]
+    #[inline]
     fn between_left_jac(&self, other: &Self) -> (Self, Jacobian<Self::Scalar, D>, Jacobian<Self::Scalar, D>) {
         let ad = self.inverse().adjoint();
         (self.between(other), -ad, ad)
     }
     /// Exp τ: `(value, J_l(τ))`.
-    #[inline(always)]
+    #[inline]
     fn exp_left_jac(tau: &Tangent<Self::Scalar, D>) -> (Self, Jacobian<Self::Scalar, D>) {
         (Self::exp(tau), Self::left_jacobian(tau))
     }
     /// τ = Log X: `(τ, J_l⁻¹(τ))`.
-    #[inline(always)]
+    #[inline]
     fn log_left_jac(&self) -> (Tangent<Self::Scalar, D>, Jacobian<Self::Scalar, D>) {
         let (tau, _, left) = self.log_jacs();
         (tau, left)
     }
     /// X·Exp τ: `(value, I, Ad_X·J_l(τ))`.
-    #[inline(always)]
+    #[inline]
     fn rplus_left_jac(
         &self,
         tau: &Tangent<Self::Scalar, D>,
@@ -55,7 +55,7 @@ pub trait LeftJacobians<const D: usize>: LieGroup<D> {
         (self.rplus(tau), SMatrix::identity(), self.adjoint() * Self::left_jacobian(tau))
     }
     /// τ = Log(X⁻¹Y), Y = `self`, X = `base`: `(τ, J_l⁻¹(τ)·Ad_{X⁻¹}, −J_l⁻¹(τ)·Ad_{X⁻¹})`.
-    #[inline(always)]
+    #[inline]
     fn rminus_left_jac(
         &self,
         base: &Self,
@@ -66,7 +66,7 @@ pub trait LeftJacobians<const D: usize>: LieGroup<D> {
         (tau, d_self, -d_self)
     }
     /// Exp(τ)·X: `(value, Ad_{Exp τ}, J_l(τ))`, in the order (X, τ).
-    #[inline(always)]
+    #[inline]
     fn lplus_left_jac(
         &self,
         tau: &Tangent<Self::Scalar, D>,
@@ -75,7 +75,7 @@ pub trait LeftJacobians<const D: usize>: LieGroup<D> {
         (step.compose(self), step.adjoint(), Self::left_jacobian(tau))
     }
     /// τ = Log(YX⁻¹), Y = `self`, X = `base`: `(τ, J_l⁻¹(τ), −J_r⁻¹(τ))`.
-    #[inline(always)]
+    #[inline]
     fn lminus_left_jac(
         &self,
         base: &Self,
@@ -84,7 +84,7 @@ pub trait LeftJacobians<const D: usize>: LieGroup<D> {
         (tau, left, -right)
     }
     /// X^α: `(value, α·J_l(ατ)·J_l⁻¹(τ), τ)` with τ = Log X, in the order (X, α).
-    #[inline(always)]
+    #[inline]
     fn power_left_jac(
         &self,
         alpha: Self::Scalar,
@@ -94,7 +94,7 @@ pub trait LeftJacobians<const D: usize>: LieGroup<D> {
         (Self::exp(&scaled), Self::left_jacobian(&scaled) * left * alpha, tau)
     }
     /// [`LieGroup::interpolate`]: `(value, d_value_d_self, d_value_d_other, d_value_d_t)`.
-    #[inline(always)]
+    #[inline]
     fn interpolate_left_jac(
         &self,
         other: &Self,
@@ -107,7 +107,7 @@ pub trait LeftJacobians<const D: usize>: LieGroup<D> {
     }
 
     /// ∂y/∂X for X perturbed on the left, from the same Jacobian for X perturbed on the right: J·Ad_X⁻¹, M×D.
-    #[inline(always)]
+    #[inline]
     fn input_to_left<const M: usize>(
         &self,
         right: &SMatrix<Self::Scalar, M, D>,
@@ -115,7 +115,7 @@ pub trait LeftJacobians<const D: usize>: LieGroup<D> {
         right * self.inverse().adjoint()
     }
     /// Inverse of [`LeftJacobians::input_to_left`]: J·Ad_X, M×D.
-    #[inline(always)]
+    #[inline]
     fn input_to_right<const M: usize>(
         &self,
         left: &SMatrix<Self::Scalar, M, D>,
@@ -123,7 +123,7 @@ pub trait LeftJacobians<const D: usize>: LieGroup<D> {
         left * self.adjoint()
     }
     /// ∂X/∂z with the tangent of X = `self` on the left, from the one on the right: Ad_X·J, D×N.
-    #[inline(always)]
+    #[inline]
     fn output_to_left<const N: usize>(
         &self,
         right: &SMatrix<Self::Scalar, D, N>,
@@ -131,7 +131,7 @@ pub trait LeftJacobians<const D: usize>: LieGroup<D> {
         self.adjoint() * right
     }
     /// Inverse of [`LeftJacobians::output_to_left`]: Ad_X⁻¹·J, D×N.
-    #[inline(always)]
+    #[inline]
     fn output_to_right<const N: usize>(
         &self,
         left: &SMatrix<Self::Scalar, D, N>,

@@ -36,29 +36,29 @@ impl<G: LieGroup<D>, const D: usize> Manifold<D> for G {
     type Scalar = G::Scalar;
     type Over<S: Real> = G::Over<S>;
 
-    #[inline(always)]
+    #[inline]
     fn plus(&self, tau: &Tangent<G::Scalar, D>) -> Self {
         self.rplus(tau)
     }
-    #[inline(always)]
+    #[inline]
     fn minus(&self, base: &Self) -> Tangent<G::Scalar, D> {
         self.rminus(base)
     }
-    #[inline(always)]
+    #[inline]
     fn plus_jac(
         &self,
         tau: &Tangent<G::Scalar, D>,
     ) -> (Self, Jacobian<G::Scalar, D>, Jacobian<G::Scalar, D>) {
         self.rplus_jac(tau)
     }
-    #[inline(always)]
+    #[inline]
     fn minus_jac(
         &self,
         base: &Self,
     ) -> (Tangent<G::Scalar, D>, Jacobian<G::Scalar, D>, Jacobian<G::Scalar, D>) {
         self.rminus_jac(base)
     }
-    #[inline(always)]
+    #[inline]
     fn map<S: Real>(&self, f: impl Fn(G::Scalar) -> S) -> G::Over<S> {
         LieGroup::map(self, f)
     }

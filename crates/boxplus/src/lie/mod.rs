@@ -17,6 +17,7 @@
 //! - **Rotations** go in and out as Euler angles, quaternions of any convention and more: [`rotation`]. Directions are [`S2`].
 //! - **Beyond the group laws**: [`distance`]s, the nearest element to a matrix (`project`), logarithms through many turns
 //!   ([`log_near`]), random elements (`sample`, feature `rand`).
+//! - **Averages**, weighted, robust, with their covariance: [`means`]. Second derivatives: [`second_order`]. Composition of tangents: [`bch`].
 //! - **Your own group** writes the required items of [`LieGroup`] and is proved by one line of [`laws`].
 //!
 //! ```
@@ -35,8 +36,11 @@
 mod action;
 #[cfg(feature = "batch")]
 mod batch;
+pub mod bch;
 mod bundle;
 pub mod distance;
+#[cfg(feature = "autodiff")]
+mod dual;
 mod elementary;
 mod error;
 mod groups;
@@ -44,14 +48,17 @@ mod groups;
 mod lanes;
 pub mod laws;
 mod left;
+mod linear;
 pub mod log_near;
 mod manifold;
+pub mod means;
 mod nearest;
 pub mod orders;
 mod real;
 pub mod rotation;
 #[cfg(feature = "rand")]
 pub mod sample;
+pub mod second_order;
 #[cfg(feature = "serde")]
 pub mod serialize;
 pub mod sphere;
@@ -60,6 +67,7 @@ mod stumpff;
 pub use action::{Action, PointJac};
 #[cfg(feature = "batch")]
 pub use batch::{Batch, BatchGroup, LengthMismatch, Number};
+pub use bch::{Bch, BchOrder};
 pub use bundle::Block;
 pub use distance::Distance;
 pub use error::LieError;
@@ -69,6 +77,7 @@ pub use groups::{PlainSlices, SliceError};
 pub use left::LeftJacobians;
 pub use log_near::LogNear;
 pub use manifold::Manifold;
+pub use means::{ChordalMean, Mean, Means, Weights};
 pub use orders::Order;
 pub use real::{Blend, Real};
 pub use rotation::{EulerAngles, EulerSequence, GimbalLock, SwingTwist};
@@ -142,28 +151,28 @@ pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'st
         base.between(self).log()
     }
     /// τ ⊕ X = Exp(τ)·X, a step in the global frame. Solà et al. (2018) (27).
-    #[inline(always)]
+    #[inline]
     fn lplus(&self, tau: &Tangent<Self::Scalar, D>) -> Self {
         Self::exp(tau).compose(self)
     }
     /// Log(YX⁻¹) with Y = `self`, X = `base`: the global step from X to Y. Solà et al. (2018) (28).
-    #[inline(always)]
+    #[inline]
     fn lminus(&self, base: &Self) -> Tangent<Self::Scalar, D> {
         self.compose(&base.inverse()).log()
     }
     /// X^α = Exp(α·Log X).
-    #[inline(always)]
+    #[inline]
     fn power(&self, alpha: Self::Scalar) -> Self {
         Self::exp(&(self.log() * alpha))
     }
     /// X·(X⁻¹Y)ᵗ, Y = `other`: X at t = 0, Y at t = 1, at constant velocity along the shortest way.
-    #[inline(always)]
+    #[inline]
     fn interpolate(&self, other: &Self, t: Self::Scalar) -> Self {
         self.compose(&self.between(other).power(t))
     }
 
     /// J_l(τ) = J_r(−τ), D×D: Exp(τ + δ) ≈ Exp(J_l δ)·Exp(τ). Solà et al. (2018) (71), (76).
-    #[inline(always)]
+    #[inline]
     fn left_jacobian(tau: &Tangent<Self::Scalar, D>) -> Jacobian<Self::Scalar, D> {
         Self::right_jacobian(&-tau)
     }
@@ -177,8 +186,26 @@ pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'st
     fn adjoint_times(&self, tau: &Tangent<Self::Scalar, D>) -> Tangent<Self::Scalar, D> {
         self.adjoint() * tau
     }
+
+    /// D J_r(τ)\[δ\], D×D: d/dt J_r(τ + tδ) at t = 0, linear in δ; the second derivative of Exp. See [`second_order`].
+    /// For single numbers where the group has no closed form.
+    fn right_jacobian_derivative(
+        tau: &Tangent<Self::Scalar, D>,
+        delta: &Tangent<Self::Scalar, D>,
+    ) -> Jacobian<Self::Scalar, D> {
+        second_order::left_jacobian_derivative::<Self, D>(&-tau, &-delta)
+    }
+    /// D J_r⁻¹(τ)\[δ\] = −J_r⁻¹·D J_r\[δ\]·J_r⁻¹, D×D; the second derivative of Log. Unbounded as θ → 2π.
+    #[inline]
+    fn right_jacobian_inverse_derivative(
+        tau: &Tangent<Self::Scalar, D>,
+        delta: &Tangent<Self::Scalar, D>,
+    ) -> Jacobian<Self::Scalar, D> {
+        let inverse = Self::right_jacobian_inverse(tau);
+        -(inverse * Self::right_jacobian_derivative(tau, delta) * inverse)
+    }
     /// \[a, b\] = vee(a^·b^ − b^·a^) = ad_a·b.
-    #[inline(always)]
+    #[inline]
     fn bracket(a: &Tangent<Self::Scalar, D>, b: &Tangent<Self::Scalar, D>) -> Tangent<Self::Scalar, D> {
         Self::small_adjoint(a) * b
     }
@@ -206,17 +233,17 @@ pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'st
     }
 
     /// X⁻¹: `(value, −Ad_X)`. Solà et al. (2018) (62).
-    #[inline(always)]
+    #[inline]
     fn inverse_jac(&self) -> (Self, Jacobian<Self::Scalar, D>) {
         (self.inverse(), -self.adjoint())
     }
     /// X·Y: `(value, Ad_{Y⁻¹}, I)`. Solà et al. (2018) (63), (64).
-    #[inline(always)]
+    #[inline]
     fn compose_jac(&self, rhs: &Self) -> (Self, Jacobian<Self::Scalar, D>, Jacobian<Self::Scalar, D>) {
         (self.compose(rhs), rhs.inverse().adjoint(), SMatrix::identity())
     }
     /// X⁻¹Y: `(value, −Ad_{Y⁻¹X}, I)`.
-    #[inline(always)]
+    #[inline]
     fn between_jac(&self, other: &Self) -> (Self, Jacobian<Self::Scalar, D>, Jacobian<Self::Scalar, D>) {
         let value = self.between(other);
         (value, -value.inverse().adjoint(), SMatrix::identity())
@@ -257,7 +284,7 @@ pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'st
         (tau, right, left.map(|x| -x))
     }
     /// Exp(τ)·X: `(value, I, Ad_{X⁻¹}·J_r(τ))`, in the order (X, τ).
-    #[inline(always)]
+    #[inline]
     fn lplus_jac(
         &self,
         tau: &Tangent<Self::Scalar, D>,
@@ -266,7 +293,7 @@ pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'st
         (step.compose(self), SMatrix::identity(), self.inverse().adjoint() * d_tau)
     }
     /// τ = Log(YX⁻¹) with Y = `self`, X = `base`: `(τ, J_r⁻¹(τ)·Ad_X, −J_r⁻¹(τ)·Ad_X)`.
-    #[inline(always)]
+    #[inline]
     fn lminus_jac(
         &self,
         base: &Self,
@@ -276,14 +303,14 @@ pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'st
         (tau, d_self, -d_self)
     }
     /// X^α: `(value, α·J_r(ατ)·J_r⁻¹(τ), τ)` with τ = Log X, in the order (X, α).
-    #[inline(always)]
+    #[inline]
     fn power_jac(&self, alpha: Self::Scalar) -> (Self, Jacobian<Self::Scalar, D>, Tangent<Self::Scalar, D>) {
         let (tau, inverse) = self.log_jac();
         let (value, right) = Self::exp_jac(&(tau * alpha));
         (value, right * inverse * alpha, tau)
     }
     /// [`LieGroup::interpolate`]: `(value, d_value_d_self, d_value_d_other, d_value_d_t)`, the last D×1: the velocity.
-    #[inline(always)]
+    #[inline]
     fn interpolate_jac(
         &self,
         other: &Self,

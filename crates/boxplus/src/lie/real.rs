@@ -21,13 +21,35 @@ pub trait Real: SimdRealField<Element: SimdRealField> + Copy + Send + Sync + 'st
     fn value(self) -> f64;
 
     /// (sin x, cos x).
-    fn sin_cos(self) -> (Self, Self);
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        self.simd_sin_cos()
+    }
 
     /// eˣ.
-    fn exp(self) -> Self;
+    #[inline(always)]
+    fn exp(self) -> Self {
+        self.simd_exp()
+    }
+
+    /// The angle of the unit vector (x, y), in \[−π, π\]. Derivatives of dual numbers are right on the axes, too, where atan(y/x)
+    /// divides by zero or cancels.
+    #[inline(always)]
+    fn polar_angle(y: Self, x: Self) -> Self {
+        elementary::polar_angle(y, x)
+    }
+
+    /// θ/sin θ with sin² θ and cos θ ≥ 0 given: 1 at θ = 0, where nothing is divided, and π/2 at a right angle.
+    #[inline(always)]
+    fn angle_over_sine(_sin_squared: Self, cos: Self) -> Self {
+        elementary::arc(cos)
+    }
 
     /// The nearest whole number, a constant: its derivative is 0.
-    fn nearest(self) -> Self;
+    #[inline(always)]
+    fn nearest(self) -> Self {
+        Self::lit(self.value().simd_round())
+    }
 
     /// `yes()` where `mask` holds, else `no()`. Both are evaluated only where lanes disagree, hence never for one number.
     ///
@@ -116,10 +138,6 @@ impl Real for f64 {
             None => self.simd_exp(),
         }
     }
-    #[inline(always)]
-    fn nearest(self) -> Self {
-        self.simd_round()
-    }
 }
 
 /// Elementary functions by way of `f64`: correctly rounded but for one case in 10⁸.
@@ -142,30 +160,5 @@ impl Real for f32 {
     #[inline(always)]
     fn exp(self) -> Self {
         Real::exp(f64::from(self)) as f32
-    }
-    #[inline(always)]
-    fn nearest(self) -> Self {
-        self.simd_round()
-    }
-}
-
-#[cfg(feature = "autodiff")]
-impl<const N: usize> Real for num_dual::DualSVec64<N> {
-    const EPSILON: f64 = f64::EPSILON;
-    const SERIES_TERMS: usize = 12;
-    fn lit(x: f64) -> Self {
-        Self::from_re(x)
-    }
-    fn value(self) -> f64 {
-        self.re
-    }
-    fn sin_cos(self) -> (Self, Self) {
-        self.simd_sin_cos()
-    }
-    fn exp(self) -> Self {
-        self.simd_exp()
-    }
-    fn nearest(self) -> Self {
-        Self::from_re(self.re.simd_round())
     }
 }

@@ -9,6 +9,8 @@
 //! **Gaussian** means in the tangent: X̄·Exp(ξ) with ξ ~ N(0, Σ), Barfoot (2024) (8.37). [`TangentSampler`] factorises Σ once, by
 //! Cholesky with pivots, and accepts semidefinite matrices: what has no variance does not move.
 //!
+//! Of an element whose covariance is kept beside it, [`Gaussian::sample`](crate::uncertainty::Gaussian::sample) draws.
+//!
 //! The numbers come from a generator of the caller, so that a seed gives the same sample everywhere.
 //!
 //! ```
@@ -62,6 +64,17 @@ impl<S: Real> S2<S> {
         let ([cos, sin], radius) = (circle(rng), ((1.0 - height) * (1.0 + height)).simd_sqrt());
         Self::from_unit(Vector3::new(cos * radius, sin * radius, height).map(S::lit))
     }
+}
+
+/// Independent standard normal numbers. Box & Muller (1958), without rejection: a seed gives the same sequence everywhere
+/// that logarithm and cosine round alike.
+pub(crate) fn standard_normal<S: Real, const D: usize>(rng: &mut (impl Rng + ?Sized)) -> SVector<S, D> {
+    // 53 bits, in (0, 1).
+    let mut uniform = || ((rng.next_u64() >> 11) as f64 + 0.5) / (1_u64 << 53) as f64;
+    SVector::from_fn(|_, _| {
+        let radius = (-2.0 * uniform().simd_ln()).simd_sqrt();
+        S::lit(radius * (TAU * uniform()).simd_cos())
+    })
 }
 
 /// A uniform point between two corners.
@@ -128,17 +141,7 @@ impl<const D: usize> TangentSampler<D> {
 
     /// ξ = L·n with n standard normal.
     pub fn sample<S: Real>(&self, rng: &mut (impl Rng + ?Sized)) -> Tangent<S, D> {
-        // Box & Muller (1958): exact, two at a time.
-        let mut spare = None;
-        let normal = SVector::<f64, D>::from_fn(|_, _| {
-            spare.take().unwrap_or_else(|| {
-                let radius = (-2.0 * (1.0 - rng.random::<f64>()).simd_ln()).simd_sqrt();
-                let [first, second] = circle(rng).map(|c| c * radius);
-                spare = Some(second);
-                first
-            })
-        });
-        (self.factor * normal).map(S::lit)
+        (self.factor * standard_normal::<f64, D>(rng)).map(S::lit)
     }
 
     /// X̄ ⊞ ξ: Σ is that of the local (right) tangent at `mean`.

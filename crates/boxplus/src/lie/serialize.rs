@@ -7,6 +7,7 @@
 //! [`Plain::from_array`] does: what is not finite, or no rotation, is an error of the format with
 //! the reason of [`LieError`](super::LieError).
 
+use super::groups::every_plain;
 use super::{Plain, Real, Rn, RxSO2, RxSO3, S3, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
 use core::fmt::Formatter;
 use core::marker::PhantomData;
@@ -167,20 +168,7 @@ macro_rules! serialize {
     )* };
 }
 
-serialize! {
-    const M, Rn<M, S>, M;
-    SO2<S>, 2;
-    SO3<S>, 4;
-    SE2<S>, 4;
-    SE3<S>, 7;
-    SE23<S>, 10;
-    S3<S>, 4;
-    RxSO2<S>, 3;
-    RxSO3<S>, 5;
-    SGal3<S>, 11;
-    Sim2<S>, 5;
-    Sim3<S>, 8;
-}
+every_plain!(serialize);
 
 #[doc(hidden)]
 pub use serde_core;

@@ -21,6 +21,8 @@
 #[cfg(feature = "solve")]
 pub mod certify;
 mod constraint;
+#[cfg(feature = "solve")]
+pub mod diagnose;
 mod faults;
 mod ids;
 mod information;

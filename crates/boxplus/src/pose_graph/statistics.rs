@@ -72,7 +72,7 @@ impl PoseGraph {
     pub fn statistics(&self) -> Statistics {
         let ids = self.ids();
         let joined = self.joined(&ids);
-        let (loop_closures, repeated_edges) = self.loops(&ids, &joined);
+        let (loop_closures, repeated_edges) = self.loops(&joined);
         let parts: Vec<usize> = self.partition(&ids).parts().map(|(_, size)| size).collect();
         let id_range = ids.as_slice().first().copied().zip(ids.as_slice().last().copied());
         let (sigma_translation, sigma_rotation) = self.noise();
@@ -98,6 +98,27 @@ impl PoseGraph {
         }
     }
 
+    /// Which measurements are loop closures, in the order of [`PoseGraph::constraints`]: edges between poses of which neither
+    /// follows the other in the order of ids. The others are odometry, or measure points, or are priors.
+    ///
+    /// ```
+    /// use boxplus::pose_graph::simulate::{Options, Simulator};
+    /// let graph = Simulator::Sphere.simulate(&Options::default())?.graph;
+    /// let closes = graph.loop_closures();
+    /// assert_eq!((closes[0], closes[2499]), (false, true)); // 0 → 1, then 0 → 50
+    /// # Ok::<(), boxplus::pose_graph::simulate::OptionsError>(())
+    /// ```
+    pub fn loop_closures(&self) -> Vec<bool> {
+        // Points may be numbered between poses: what follows what is a matter of the poses alone.
+        let poses = Ids::new(self.pose_ids());
+        let closes = |c: Constraint<'_>| {
+            let ends = c.to.filter(|_| matches!(c.kind, Kind::Edge2 | Kind::Edge3));
+            let ranks = ends.and_then(|to| Some((poses.index(c.from)?, poses.index(to)?)));
+            ranks.is_some_and(|(i, j)| i.abs_diff(j) > 1)
+        };
+        self.constraints().map(closes).collect()
+    }
+
     fn counts(&self) -> Vec<(Kind, usize)> {
         let mut counts = BTreeMap::new();
         self.constraints().for_each(|c| *counts.entry(c.kind).or_insert(0) += 1);
@@ -120,15 +141,12 @@ impl PoseGraph {
     }
 
     /// Loop closures and repeated measurements.
-    fn loops(&self, ids: &Ids, joined: &[(usize, usize, bool)]) -> (usize, usize) {
-        // Points may be numbered between poses: what follows what is a matter of the poses alone.
-        let poses = Ids::new(self.pose_ids());
-        let rank = |i: usize| poses.index(ids.as_slice()[i]).unwrap_or(usize::MAX);
-        let closes = |(i, j, edge): &&(usize, usize, bool)| *edge && rank(*j).wrapping_sub(rank(*i)) > 1;
+    fn loops(&self, joined: &[(usize, usize, bool)]) -> (usize, usize) {
         let mut pairs: Vec<_> = joined.iter().map(|(i, j, _)| (*i, *j)).collect();
         pairs.sort_unstable();
         pairs.dedup();
-        (joined.iter().filter(closes).count(), joined.len() - pairs.len())
+        let closures = self.loop_closures().into_iter().filter(|closes| *closes).count();
+        (closures, joined.len() - pairs.len())
     }
 
     /// The ids of poses, named by vertices or by measurements.

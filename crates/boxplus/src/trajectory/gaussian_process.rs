@@ -16,8 +16,8 @@
 
 use super::chain::scaled_identity;
 use super::error::{check_duration, check_ways};
-use super::second_order::{right_jacobian_bend, second_bend};
 use super::{Motion, TrajectoryError};
+use crate::lie::second_order::right_jacobian_product_derivative;
 use crate::lie::{Jacobian, LieGroup, Real, Tangent};
 use nalgebra::SMatrix;
 
@@ -197,7 +197,7 @@ impl<G: LieGroup<D>, const D: usize, const R: usize> GaussianProcess<G, D, R> {
         let [(lambda, psi), (d_lambda, d_psi), ..] = self.rows(t)?;
         let [xi, rate, ..] = self.mean(t)?;
         let (rows, [xi_from, xi_to]) = self.arrival_jac();
-        let (right, bend) = (G::right_jacobian(&xi), right_jacobian_bend::<G, D>(&xi, &rate));
+        let (right, bend) = (G::right_jacobian(&xi), right_jacobian_product_derivative::<G, D>(&xi, &rate));
         let answer = |d_xi: Jacobian<G::Scalar, D>, d_rate: Jacobian<G::Scalar, D>| StateJac {
             value: right * d_xi,
             velocity: bend * d_xi + right * d_rate,
@@ -228,12 +228,12 @@ impl<G: LieGroup<D>, const D: usize, const R: usize> GaussianProcess<G, D, R> {
     fn arrival_jac(&self) -> ([[Jacobian<G::Scalar, D>; R]; R], [Jacobian<G::Scalar, D>; 2]) {
         let [xi, rate, second, _] = &self.arrival;
         let (inverse, zero) = (G::right_jacobian_inverse(xi), Jacobian::<G::Scalar, D>::zeros());
-        let d_rate = -(inverse * right_jacobian_bend::<G, D>(xi, rate));
+        let d_rate = -(inverse * right_jacobian_product_derivative::<G, D>(xi, rate));
         let mut full =
             [[Jacobian::<G::Scalar, D>::identity(), zero, zero], [d_rate, inverse, zero], [zero; 3]];
         if R > 2 {
             let [d_xi, d_v] = second_bend::<G, D>(xi, rate);
-            let bend = right_jacobian_bend::<G, D>(xi, second) + d_xi + d_v * d_rate;
+            let bend = right_jacobian_product_derivative::<G, D>(xi, second) + d_xi + d_v * d_rate;
             full[2] = [-(inverse * bend), -(inverse * d_v * inverse), inverse];
         }
         let rows = core::array::from_fn(|i| core::array::from_fn(|argument| full[i][argument]));
@@ -257,4 +257,33 @@ fn inverse_hilbert(r: usize, a: usize, b: usize) -> f64 {
     let sign = if (a + b).is_multiple_of(2) { 1.0 } else { -1.0 };
     let middle = binomial(a + b, a);
     sign * (a + b + 1) as f64 * binomial(r + a, r - b - 1) * binomial(r + b, r - a - 1) * middle * middle
+}
+
+/// \[∂(F(τ, v)·v)/∂τ, ∂(F(τ, v)·v)/∂v\] for |φ| ≤ π: how the acceleration of Exp(τ + vt) answers to τ and to v.
+///
+/// With tₙ = (−ad_τ)ⁿ·v and sₙ = ∂tₙ/∂τ·v = −\[v, tₙ₋₁\] − \[τ, sₙ₋₁\], F(τ, v)·v = Σ sₙ/(n + 1)!, differentiated term by term.
+fn second_bend<G: LieGroup<D>, const D: usize>(
+    tau: &Tangent<G::Scalar, D>,
+    v: &Tangent<G::Scalar, D>,
+) -> [Jacobian<G::Scalar, D>; 2] {
+    // n²πⁿ⁻²/(n + 1)! < ε/100 from n = 29 on.
+    const LONG: usize = 30;
+    let zero = Jacobian::<G::Scalar, D>::zeros();
+    let (ad, along) = (G::small_adjoint(tau), G::small_adjoint(v));
+    let (mut t, mut s) = (*v, Tangent::<G::Scalar, D>::zeros());
+    let (mut t_tau, mut t_v) = (zero, Jacobian::<G::Scalar, D>::identity());
+    let (mut s_tau, mut s_v) = (zero, zero);
+    let mut sum = [zero; 2];
+    let mut reciprocal = 1.0;
+    for n in 1..=LONG {
+        let ad_t = G::small_adjoint(&t);
+        (s_tau, s_v) = (G::small_adjoint(&s) - along * t_tau - ad * s_tau, ad_t - along * t_v - ad * s_v);
+        s = -(along * t + ad * s);
+        (t_tau, t_v) = (ad_t - ad * t_tau, -(ad * t_v));
+        t = -(ad * t);
+        reciprocal /= (n + 1) as f64;
+        sum[0] += s_tau * G::Scalar::lit(reciprocal);
+        sum[1] += s_v * G::Scalar::lit(reciprocal);
+    }
+    sum
 }

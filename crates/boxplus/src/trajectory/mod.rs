@@ -35,7 +35,6 @@ mod kinematics;
 mod magnus;
 mod motion;
 mod noise;
-mod second_order;
 
 pub use adaptive::Adaptive;
 pub use bspline::{BSpline, SplineJac};

@@ -77,6 +77,37 @@ fn divided<S: Real>(x: S, pivot: S) -> S {
     if pivot.value() == 0.0 { S::zero() } else { x / pivot }
 }
 
+/// X with X·L = A, for L lower triangular; columns of X that meet a zero pivot are 0.
+pub(crate) fn right_divided<S: Real, const R: usize, const D: usize>(
+    a: &SMatrix<S, R, D>,
+    l: &SMatrix<S, D, D>,
+) -> SMatrix<S, R, D> {
+    let mut x = *a;
+    for j in (0..D).rev() {
+        for i in 0..R {
+            let rest = (j + 1..D).fold(x[(i, j)], |rest, k| rest - x[(i, k)] * l[(k, j)]);
+            x[(i, j)] = divided(rest, l[(j, j)]);
+        }
+    }
+    x
+}
+
+/// X with X·Lᵀ = A, likewise.
+#[cfg(feature = "std")]
+pub(crate) fn right_divided_by_transpose<S: Real, const R: usize, const D: usize>(
+    a: &SMatrix<S, R, D>,
+    l: &SMatrix<S, D, D>,
+) -> SMatrix<S, R, D> {
+    let mut x = *a;
+    for j in 0..D {
+        for i in 0..R {
+            let rest = (0..j).fold(x[(i, j)], |rest, k| rest - x[(i, k)] * l[(j, k)]);
+            x[(i, j)] = divided(rest, l[(j, j)]);
+        }
+    }
+    x
+}
+
 /// Whether a factor has a zero pivot.
 pub(super) fn is_singular<S: Real, M: Square<S>>(l: &M) -> bool {
     (0..l.size()).any(|i| l.at(i, i).value() == 0.0)

@@ -77,7 +77,7 @@ mod error;
 mod fuse;
 mod gaussian;
 mod joint;
-mod linear;
+pub(crate) mod linear;
 mod propagate;
 mod regions;
 mod samples;

@@ -1,8 +1,10 @@
 //! From samples to a Gaussian and back.
 
 use super::{Covariance, Gaussian, Side, UncertaintyError};
-use crate::lie::{LieGroup, Real, Tangent};
-use nalgebra::{SMatrix, SimdComplexField};
+#[cfg(feature = "rand")]
+use crate::lie::sample::standard_normal;
+use crate::lie::{LieError, LieGroup, Means, Real, Weights};
+use nalgebra::SMatrix;
 
 /// Mean and covariance of samples, and how they were found.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,13 +15,15 @@ pub struct Sampled<G: LieGroup<D>, const D: usize, E: Side> {
     pub count: usize,
     /// Steps to the mean.
     pub iterations: usize,
-    /// Length of the last one.
-    pub step: f64,
+    /// ‖Σ ξ‖/n, which is 0 up to rounding.
+    pub residual: f64,
+    /// Share of the samples at half of the way to the cut locus or beyond, as of [`crate::lie::Mean`]; 0: no other mean.
+    pub beyond: f64,
 }
 
 impl<G: LieGroup<D>, const D: usize, E: Side> Gaussian<G, D, E> {
-    /// The mean of samples and the covariance about it. The mean is the bi-invariant one, Pennec & Arsigny (2013): it needs
-    /// no metric and is the same on both sides.
+    /// The mean of samples and the covariance about it. The mean is the bi-invariant one, [`Means::barycentre`]: it needs no
+    /// metric and is the same on both sides.
     ///
     /// ```
     /// use boxplus::lie::{LieGroup, SE2};
@@ -36,40 +40,32 @@ impl<G: LieGroup<D>, const D: usize, E: Side> Gaussian<G, D, E> {
     /// mean; [`UncertaintyError::NotFinite`].
     pub fn from_samples(samples: &[G]) -> Result<Sampled<G, D, E>, UncertaintyError> {
         let count = samples.len();
-        let [start, _, ..] = samples else {
+        if count < 2 {
             return Err(UncertaintyError::TooFew { given: count, needed: 2 });
-        };
-        let (mean, iterations, step) = mean::<G, D, E>(start, samples)?;
+        }
+        let found = G::barycentre(samples, Weights::Equal).map_err(no_mean)?;
+        let mean = found.value;
         let scatter = samples.iter().fold(SMatrix::zeros(), |sum: SMatrix<G::Scalar, D, D>, x| {
             let xi = E::error(x, &mean);
             sum + xi * xi.transpose()
         });
         let covariance = Covariance::new(scatter * G::Scalar::lit(1.0 / (count - 1) as f64))?;
-        Ok(Sampled { gaussian: Gaussian::new(mean, covariance), count, iterations, step })
+        Ok(Sampled {
+            gaussian: Gaussian::new(mean, covariance),
+            count,
+            iterations: found.iterations,
+            residual: found.residual,
+            beyond: found.beyond,
+        })
     }
 }
 
-/// The fixed point X̄ ⊞ mean of errors = X̄: `(mean, iterations, last step)`.
-fn mean<G: LieGroup<D>, const D: usize, E: Side>(
-    start: &G,
-    samples: &[G],
-) -> Result<(G, usize, f64), UncertaintyError> {
-    const ITERATIONS: usize = 100;
-    let (mut mean, mut length) = (*start, 0.0);
-    for iteration in 1..=ITERATIONS {
-        let (mut sum, mut spread) = (Tangent::<G::Scalar, D>::zeros(), 0.0_f64);
-        for xi in samples.iter().map(|x| E::error(x, &mean)) {
-            sum += xi;
-            spread = spread.max(xi.norm_squared().value());
-        }
-        let step = sum * G::Scalar::lit(1.0 / samples.len() as f64);
-        mean = E::perturb(&mean, &step);
-        length = step.norm_squared().value().simd_sqrt();
-        if length <= 64.0 * G::Scalar::EPSILON * (1.0 + spread.simd_sqrt()) {
-            return Ok((mean, iteration, length));
-        }
+/// What a mean of equal weights can lack.
+fn no_mean(error: LieError) -> UncertaintyError {
+    match error {
+        LieError::NotConverged { iterations, step } => UncertaintyError::NotConverged { iterations, step },
+        _ => UncertaintyError::NotFinite { row: 0, column: 0 },
     }
-    Err(UncertaintyError::NotConverged { iterations: ITERATIONS, step: length })
 }
 
 #[cfg(feature = "rand")]
@@ -97,16 +93,4 @@ impl<G: LieGroup<D>, const D: usize, E: Side> Gaussian<G, D, E> {
         let (gaussian, factor) = (*self, self.covariance().factor());
         core::iter::repeat_with(move || gaussian.perturbed(&(factor * standard_normal(&mut rng))))
     }
-}
-
-/// Independent standard normal numbers. Box & Muller (1958), without rejection: a seed gives the same sequence everywhere
-/// that logarithm and cosine round alike.
-#[cfg(feature = "rand")]
-fn standard_normal<S: Real, const D: usize>(rng: &mut impl rand::Rng) -> Tangent<S, D> {
-    // 53 bits, in (0, 1).
-    let mut uniform = || ((rng.next_u64() >> 11) as f64 + 0.5) / (1_u64 << 53) as f64;
-    Tangent::from_fn(|_, _| {
-        let radius = (-2.0 * uniform().simd_ln()).simd_sqrt();
-        S::lit(radius * (core::f64::consts::TAU * uniform()).simd_cos())
-    })
 }

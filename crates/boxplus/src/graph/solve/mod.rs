@@ -5,6 +5,7 @@
 //! linearisation, and everything that depends on the structure alone is computed once.
 
 pub(crate) mod clock;
+mod graduated;
 mod report;
 pub(crate) mod step;
 
@@ -18,6 +19,7 @@ use super::set::AnySet;
 use super::values::Values;
 use super::{GraphError, gauge};
 use clock::Clock;
+pub use graduated::{Graduated, GraduatedLoss, Graduation};
 pub use report::{Iteration, Seconds, SolveReport, Termination};
 use step::{Region, Step, System};
 

@@ -10,6 +10,7 @@
 //! assert_eq!(format!("{pose:.3}"), "SE3(translation [1.000, 2.000, 3.000], xyzw [0.000, 0.000, 0.707, 0.707])");
 //! ```
 
+use super::plain::every_plain;
 use super::{Plain, Rn, RxSO2, RxSO3, S3, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
 use crate::lie::{LieGroup, Real};
 use core::fmt::{Debug, Display, Formatter, Result};
@@ -65,7 +66,7 @@ fn display<G: Plain<N>, const N: usize>(x: &G, f: &mut Formatter<'_>) -> Result 
     f.write_str(")")
 }
 
-macro_rules! format {
+macro_rules! text {
     ($($(const $m:ident,)? $group:ty, $n:expr;)*) => { $(
         impl<$(const $m: usize,)? S: Real> Debug for $group {
             fn fmt(&self, f: &mut Formatter<'_>) -> Result {
@@ -97,17 +98,4 @@ macro_rules! format {
     )* };
 }
 
-format! {
-    const M, Rn<M, S>, M;
-    SO2<S>, 2;
-    SO3<S>, 4;
-    SE2<S>, 4;
-    SE3<S>, 7;
-    SE23<S>, 10;
-    S3<S>, 4;
-    RxSO2<S>, 3;
-    RxSO3<S>, 5;
-    SGal3<S>, 11;
-    Sim2<S>, 5;
-    Sim3<S>, 8;
-}
+every_plain!(text);

@@ -57,16 +57,16 @@ impl<S: Real> SE2<S> {
 
 /// T·p on homogeneous points and directions.
 impl<S: Real> Action<6, 4> for SE3<S> {
-    #[inline(always)]
+    #[inline]
     fn act(&self, p: &Vector4<S>) -> Vector4<S> {
         let moved = self.rotation().act(&p.xyz()) + self.translation() * p.w;
         Vector4::new(moved.x, moved.y, moved.z, p.w)
     }
-    #[inline(always)]
+    #[inline]
     fn linear_part(&self) -> Matrix4<S> {
         self.to_matrix()
     }
-    #[inline(always)]
+    #[inline]
     fn generators_at(p: &Vector4<S>) -> SMatrix<S, 4, 6> {
         Self::odot(p)
     }
@@ -74,16 +74,16 @@ impl<S: Real> Action<6, 4> for SE3<S> {
 
 /// T·p on homogeneous points and directions.
 impl<S: Real> Action<3, 3> for SE2<S> {
-    #[inline(always)]
+    #[inline]
     fn act(&self, p: &Vector3<S>) -> Vector3<S> {
         let moved = self.rotation().act(&p.xy()) + self.translation() * p.z;
         Vector3::new(moved.x, moved.y, p.z)
     }
-    #[inline(always)]
+    #[inline]
     fn linear_part(&self) -> Matrix3<S> {
         self.to_matrix()
     }
-    #[inline(always)]
+    #[inline]
     fn generators_at(p: &Vector3<S>) -> Matrix3<S> {
         Self::odot(p)
     }

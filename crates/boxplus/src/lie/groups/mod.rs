@@ -11,6 +11,7 @@ mod s3;
 mod se2;
 mod se23;
 mod se3;
+mod second;
 mod sgal3;
 mod sim2;
 mod sim3;
@@ -19,6 +20,8 @@ mod so2;
 mod so3;
 
 pub use plain::Plain;
+#[cfg(feature = "serde")]
+pub(crate) use plain::every_plain;
 #[cfg(feature = "bytemuck")]
 pub use plain::{PlainSlices, SliceError};
 pub use r3xso3::R3xSO3;

@@ -186,6 +186,27 @@ plain! {
     Sim3<S>, 8, "Sim3", unit 3..7, &[("translation", 3), ("xyzw", 4), ("log_scale", 1)];
 }
 
+/// Calls a macro with every group that stores an array, and the length of the array.
+macro_rules! every_plain {
+    ($implement:ident) => {
+        $implement! {
+            const M, Rn<M, S>, M;
+            SO2<S>, 2;
+            SO3<S>, 4;
+            SE2<S>, 4;
+            SE3<S>, 7;
+            SE23<S>, 10;
+            S3<S>, 4;
+            RxSO2<S>, 3;
+            RxSO3<S>, 5;
+            SGal3<S>, 11;
+            Sim2<S>, 5;
+            Sim3<S>, 8;
+        }
+    };
+}
+pub(crate) use every_plain;
+
 impl<const N: usize, S: Real> Rn<N, S> {
     /// ℝⁿ has no norm to restore.
     fn normalize(self) -> Self {

@@ -149,6 +149,10 @@ impl<S: Real> LieGroup<3> for S3<S> {
     fn right_jacobian_inverse(phi: &Vector3<S>) -> Matrix3<S> {
         SO3::right_jacobian_inverse(phi)
     }
+    #[inline]
+    fn right_jacobian_derivative(phi: &Vector3<S>, delta: &Vector3<S>) -> Matrix3<S> {
+        super::second::so3(phi, delta)
+    }
     fn hat(phi: &Vector3<S>) -> Matrix3<S> {
         SO3::hat(phi)
     }

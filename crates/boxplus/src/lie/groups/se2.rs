@@ -157,6 +157,10 @@ impl<S: Real> LieGroup<3> for SE2<S> {
         let (d, half) = (c.d(), S::lit(0.5));
         jacobian(&rho, [S::one() - theta * theta * d, theta * half], [theta * d, -half])
     }
+    #[inline]
+    fn right_jacobian_derivative(tau: &Vector3<S>, delta: &Vector3<S>) -> Matrix3<S> {
+        super::second::se2(tau, delta, &Stumpff::new(tau.z * tau.z))
+    }
     fn hat(tau: &Vector3<S>) -> Matrix3<S> {
         block(&complex(S::zero(), tau.z), &tau.xy(), S::zero())
     }

@@ -218,6 +218,14 @@ impl<S: Real> LieGroup<9> for SE23<S> {
         let c = Stumpff::new(parts[1].norm_squared());
         inverses(&parts, c.d(), c.e()).0
     }
+    #[inline]
+    fn right_jacobian_derivative(tau: &SVector<S, 9>, delta: &SVector<S, 9>) -> SMatrix<S, 9, 9> {
+        let ([rho, phi, nu], [d_rho, d_phi, d_nu]) = (split(tau), split(delta));
+        let c = Stumpff::new(phi.norm_squared());
+        let [q, r] =
+            [(rho, d_rho), (nu, d_nu)].map(|(v, d)| super::second::coupling([&v, &phi], [&d, &d_phi], &c));
+        block(&right_coupling(&d_phi, &phi, &c), &q, &r)
+    }
     #[inline(always)]
     fn log_jacs(&self) -> (SVector<S, 9>, SMatrix<S, 9, 9>, SMatrix<S, 9, 9>) {
         let phi = self.rotation().log();

@@ -217,6 +217,13 @@ impl<S: Real> LieGroup<6> for SE3<S> {
         let c = Stumpff::new(phi.norm_squared());
         inverses(&rho, &phi, c.d(), c.e()).0
     }
+    #[inline]
+    fn right_jacobian_derivative(tau: &Vector6<S>, delta: &Vector6<S>) -> Matrix6<S> {
+        let ((rho, phi), (d_rho, d_phi)) = (split(tau), split(delta));
+        let c = Stumpff::new(phi.norm_squared());
+        let turning = right_coupling(&d_phi, &phi, &c);
+        block(&turning, &super::second::coupling([&rho, &phi], [&d_rho, &d_phi], &c))
+    }
     #[inline(always)]
     fn log_jacs(&self) -> (Vector6<S>, Matrix6<S>, Matrix6<S>) {
         let phi = self.rotation().log();

@@ -52,13 +52,13 @@ pub struct SGal3<S = f64>(pub(in crate::lie) [S; 11]);
 impl<S: Real> SGal3<S> {
     /// The frame of `rotation`, at `position` in m when its clock shows 0, moving at `velocity` in m/s, its clock behind by
     /// `time` in s; all in the parent frame.
-    #[inline(always)]
+    #[inline]
     pub fn new(rotation: SO3<S>, position: Vector3<S>, velocity: Vector3<S>, time: S) -> Self {
         Self::from_extended(SE23::new(rotation, position, velocity), time)
     }
 
     /// An extended pose and the time t.
-    #[inline(always)]
+    #[inline]
     pub fn from_extended(extended: SE23<S>, time: S) -> Self {
         let [x, y, z, i, j, k, w, a, b, c] = extended.0;
         Self([x, y, z, i, j, k, w, a, b, c, time])
@@ -76,31 +76,31 @@ impl<S: Real> SGal3<S> {
     }
 
     /// R.
-    #[inline(always)]
+    #[inline]
     pub fn rotation(&self) -> SO3<S> {
         self.extended_pose().rotation()
     }
 
     /// p, in metres of the parent frame.
-    #[inline(always)]
+    #[inline]
     pub fn position(&self) -> Vector3<S> {
         self.extended_pose().position()
     }
 
     /// v, in m/s of the parent frame.
-    #[inline(always)]
+    #[inline]
     pub fn velocity(&self) -> Vector3<S> {
         self.extended_pose().velocity()
     }
 
     /// t in seconds: time in the parent frame minus time in the local one.
-    #[inline(always)]
+    #[inline]
     pub fn time(&self) -> S {
         self.0[10]
     }
 
     /// (R, p, v) without the time.
-    #[inline(always)]
+    #[inline]
     pub fn extended_pose(&self) -> SE23<S> {
         let [x, y, z, i, j, k, w, a, b, c, _] = self.0;
         SE23([x, y, z, i, j, k, w, a, b, c])
@@ -130,7 +130,7 @@ struct Blocks<S> {
 }
 
 impl<S: Real> Blocks<S> {
-    #[inline(always)]
+    #[inline]
     fn matrix(&self) -> SMatrix<S, 10, 10> {
         let mut m = SMatrix::<S, 10, 10>::zeros();
         for i in [0, 3, 6] {
@@ -179,7 +179,7 @@ fn inverses<S: Real>(tau: &SVector<S, 10>, k: &Stumpff<S>, d: S) -> [SMatrix<S, 
 }
 
 /// Log of the vectors: J⁻¹p − ι(½ν − d·φ×ν), φ, J⁻¹v and t.
-#[inline(always)]
+#[inline]
 fn join<S: Real>(x: &SGal3<S>, phi: &Vector3<S>, d: S) -> SVector<S, 10> {
     let nu = unturn(phi, d, &x.velocity());
     let rho = unturn(phi, d, &x.position()) - (nu * S::lit(0.5) - phi.cross(&nu) * d) * x.time();
@@ -197,24 +197,24 @@ impl<S: Real> LieGroup<10> for SGal3<S> {
     type Over<T: Real> = SGal3<T>;
     type Algebra = SMatrix<S, 5, 5>;
 
-    #[inline(always)]
+    #[inline]
     fn identity() -> Self {
         Self::from_extended(SE23::identity(), S::zero())
     }
-    #[inline(always)]
+    #[inline]
     fn compose(&self, rhs: &Self) -> Self {
         let x = self.extended_pose().compose(&rhs.extended_pose());
         let position = x.position() + self.velocity() * rhs.time();
         Self::new(x.rotation(), position, x.velocity(), self.time() + rhs.time())
     }
-    #[inline(always)]
+    #[inline]
     fn inverse(&self) -> Self {
         let rotation = self.rotation().inverse();
         let start = self.position() - self.velocity() * self.time();
         Self::new(rotation, -rotation.act(&start), -rotation.act(&self.velocity()), -self.time())
     }
     /// Subtracts positions, velocities and times first: the error is relative to their differences.
-    #[inline(always)]
+    #[inline]
     fn between(&self, other: &Self) -> Self {
         let inverse = self.rotation().inverse();
         let time = other.time() - self.time();
@@ -223,7 +223,7 @@ impl<S: Real> LieGroup<10> for SGal3<S> {
         let rotation = inverse.compose(&other.rotation());
         Self::new(rotation, inverse.act(&position), inverse.act(&velocity), time)
     }
-    #[inline(always)]
+    #[inline]
     fn exp(tau: &SVector<S, 10>) -> Self {
         let [rho, phi, nu] = split(tau);
         let (rotation, half) = SO3::exp_half(&phi);
@@ -233,25 +233,25 @@ impl<S: Real> LieGroup<10> for SGal3<S> {
         let position = turn(&phi, &half, &rho) + growth * tau[9];
         Self::new(rotation, position, turn(&phi, &half, &nu), tau[9])
     }
-    #[inline(always)]
+    #[inline]
     fn log(&self) -> SVector<S, 10> {
         let phi = self.rotation().log();
         join(self, &phi, Stumpff::new(phi.norm_squared()).d())
     }
-    #[inline(always)]
+    #[inline]
     fn adjoint(&self) -> SMatrix<S, 10, 10> {
         let (a, v) = (self.rotation().to_matrix(), self.velocity());
         let start = self.position() - v * self.time();
         let (b, e) = (skew(&start) * a, skew(&v) * a);
         Blocks { a, b, c: -a * self.time(), d: v, e, f: S::one() }.matrix()
     }
-    #[inline(always)]
+    #[inline]
     fn small_adjoint(tau: &SVector<S, 10>) -> SMatrix<S, 10, 10> {
         let [rho, phi, nu] = split(tau);
         let c = Matrix3::from_diagonal_element(-tau[9]);
         Blocks { a: skew(&phi), b: skew(&rho), c, d: nu, e: skew(&nu), f: S::zero() }.matrix()
     }
-    #[inline(always)]
+    #[inline]
     fn right_jacobian(tau: &SVector<S, 10>) -> SMatrix<S, 10, 10> {
         let ([rho, phi, nu], iota) = (split(tau), tau[9]);
         let k = Stumpff::new(phi.norm_squared());
@@ -271,14 +271,14 @@ impl<S: Real> LieGroup<10> for SGal3<S> {
         }
         .matrix()
     }
-    #[inline(always)]
+    #[inline]
     fn right_jacobian_inverse(tau: &SVector<S, 10>) -> SMatrix<S, 10, 10> {
         let [_, phi] = split(tau);
         let k = Stumpff::new(phi.norm_squared());
         let [right, _] = inverses(tau, &k, k.d());
         right
     }
-    #[inline(always)]
+    #[inline]
     fn log_jacs(&self) -> (SVector<S, 10>, SMatrix<S, 10, 10>, SMatrix<S, 10, 10>) {
         let phi = self.rotation().log();
         let k = Stumpff::new(phi.norm_squared());
@@ -295,7 +295,7 @@ impl<S: Real> LieGroup<10> for SGal3<S> {
     fn vee(algebra: &SMatrix<S, 5, 5>) -> SVector<S, 10> {
         SE23::vee(algebra).push(algebra[(3, 4)])
     }
-    #[inline(always)]
+    #[inline]
     fn map<T: Real>(&self, f: impl Fn(S) -> T) -> SGal3<T> {
         SGal3::from_extended(self.extended_pose().map(&f), f(self.time()))
     }
@@ -303,20 +303,20 @@ impl<S: Real> LieGroup<10> for SGal3<S> {
 
 /// Events (p, τ): a place in metres and a time in seconds.
 impl<S: Real> Action<10, 4> for SGal3<S> {
-    #[inline(always)]
+    #[inline]
     fn act(&self, event: &Vector4<S>) -> Vector4<S> {
         let place = self.extended_pose().act(&event.xyz()) + self.velocity() * event.w;
         Vector4::new(place.x, place.y, place.z, event.w + self.time())
     }
     /// \[R v; 0 1\].
-    #[inline(always)]
+    #[inline]
     fn linear_part(&self) -> Matrix4<S> {
         let mut m = self.rotation().to_matrix().to_homogeneous();
         m.fixed_view_mut::<3, 1>(0, 3).copy_from(&self.velocity());
         m
     }
     /// \[I, −p^, τI, 0; 0, 0, 0, 1\].
-    #[inline(always)]
+    #[inline]
     fn generators_at(event: &Vector4<S>) -> SMatrix<S, 4, 10> {
         let mut g = SMatrix::<S, 4, 10>::zeros();
         g.fixed_view_mut::<3, 3>(0, 0).fill_with_identity();
@@ -329,7 +329,7 @@ impl<S: Real> Action<10, 4> for SGal3<S> {
 
 impl<S: Real> Mul for SGal3<S> {
     type Output = Self;
-    #[inline(always)]
+    #[inline]
     fn mul(self, rhs: Self) -> Self {
         self.compose(&rhs)
     }
@@ -337,7 +337,7 @@ impl<S: Real> Mul for SGal3<S> {
 
 impl<S: Real> Mul<Vector4<S>> for SGal3<S> {
     type Output = Vector4<S>;
-    #[inline(always)]
+    #[inline]
     fn mul(self, event: Vector4<S>) -> Vector4<S> {
         self.act(&event)
     }

@@ -44,7 +44,7 @@ pub struct Sim3<S = f64>(pub(in crate::lie) [S; 8]);
 
 impl<S: Real> Sim3<S> {
     /// The similarity p ↦ e^`log_scale`·`rotation`·p + `translation`.
-    #[inline(always)]
+    #[inline]
     pub fn new(rotation: SO3<S>, translation: Vector3<S>, log_scale: S) -> Self {
         let ([x, y, z], [i, j, k, w]) = (translation.into(), rotation.0);
         Self([x, y, z, i, j, k, w, log_scale])
@@ -59,7 +59,7 @@ impl<S: Real> Sim3<S> {
     }
 
     /// The motion `pose` at scale 1.
-    #[inline(always)]
+    #[inline]
     pub fn from_pose(pose: &SE3<S>) -> Self {
         Self::new(pose.rotation(), pose.translation(), S::zero())
     }
@@ -81,27 +81,27 @@ impl<S: Real> Sim3<S> {
     }
 
     /// R.
-    #[inline(always)]
+    #[inline]
     pub fn rotation(&self) -> SO3<S> {
         let [_, _, _, x, y, z, w, _] = self.0;
         SO3([x, y, z, w])
     }
 
     /// t, in metres of the parent frame.
-    #[inline(always)]
+    #[inline]
     pub fn translation(&self) -> Vector3<S> {
         let [x, y, z, ..] = self.0;
         Vector3::new(x, y, z)
     }
 
     /// s = e^σ > 0: lengths in the parent frame over lengths in the local one.
-    #[inline(always)]
+    #[inline]
     pub fn scale(&self) -> S {
         self.log_scale().exp()
     }
 
     /// σ = ln s.
-    #[inline(always)]
+    #[inline]
     pub fn log_scale(&self) -> S {
         self.0[7]
     }
@@ -130,7 +130,7 @@ pub(super) fn log_scale<S: Real>(scale: S) -> Result<S, LieError> {
 }
 
 /// The 7×7 matrix \[a b c; 0 d 0; 0 0 e\].
-#[inline(always)]
+#[inline]
 fn block<S: Real>(a: &Matrix3<S>, b: &Matrix3<S>, c: &Vector3<S>, d: &Matrix3<S>, e: S) -> SMatrix<S, 7, 7> {
     let mut m = SMatrix::<S, 7, 7>::zeros();
     m.fixed_view_mut::<3, 3>(0, 0).copy_from(a);
@@ -142,7 +142,7 @@ fn block<S: Real>(a: &Matrix3<S>, b: &Matrix3<S>, c: &Vector3<S>, d: &Matrix3<S>
 }
 
 /// (ρ, φ, σ).
-#[inline(always)]
+#[inline]
 fn parts<S: Real>(tau: &SVector<S, 7>) -> (Vector3<S>, Vector3<S>, S) {
     let [rho, phi] = split(tau);
     (rho, phi, tau[6])
@@ -161,67 +161,67 @@ impl<S: Real> LieGroup<7> for Sim3<S> {
     type Over<T: Real> = Sim3<T>;
     type Algebra = Matrix4<S>;
 
-    #[inline(always)]
+    #[inline]
     fn identity() -> Self {
         Self::new(SO3::identity(), Vector3::zeros(), S::zero())
     }
-    #[inline(always)]
+    #[inline]
     fn compose(&self, rhs: &Self) -> Self {
         let rotation = self.rotation().compose(&rhs.rotation());
         Self::new(rotation, self.act(&rhs.translation()), self.log_scale() + rhs.log_scale())
     }
-    #[inline(always)]
+    #[inline]
     fn inverse(&self) -> Self {
         let (rotation, log_scale) = (self.rotation().inverse(), -self.log_scale());
         Self::new(rotation, -rotation.act(&self.translation()) * log_scale.exp(), log_scale)
     }
     /// Subtracts the translations first: the error is relative to their difference, however far from the origin.
-    #[inline(always)]
+    #[inline]
     fn between(&self, other: &Self) -> Self {
         let inverse = self.rotation().inverse();
         let step = inverse.act(&(other.translation() - self.translation())) * (-self.log_scale()).exp();
         Self::new(inverse.compose(&other.rotation()), step, other.log_scale() - self.log_scale())
     }
-    #[inline(always)]
+    #[inline]
     fn exp(tau: &SVector<S, 7>) -> Self {
         let (rho, phi, sigma) = parts(tau);
         let growth = Growth::new(sigma, phi.norm_squared());
         Self::new(SO3::exp(&phi), growth.apply(&phi, &rho), sigma)
     }
-    #[inline(always)]
+    #[inline]
     fn log(&self) -> SVector<S, 7> {
         let phi = self.rotation().log();
         let growth = Growth::new(self.log_scale(), phi.norm_squared());
         let rho = growth.solve(&phi, &self.translation());
         SVector::from([rho.x, rho.y, rho.z, phi.x, phi.y, phi.z, self.log_scale()])
     }
-    #[inline(always)]
+    #[inline]
     fn adjoint(&self) -> SMatrix<S, 7, 7> {
         let (r, t) = (self.rotation().to_matrix(), self.translation());
         block(&(r * self.scale()), &(skew(&t) * r), &-t, &r, S::one())
     }
-    #[inline(always)]
+    #[inline]
     fn small_adjoint(tau: &SVector<S, 7>) -> SMatrix<S, 7, 7> {
         let (rho, phi, sigma) = parts(tau);
         let w = skew(&phi);
         block(&(w + Matrix3::from_diagonal_element(sigma)), &skew(&rho), &-rho, &w, S::zero())
     }
-    #[inline(always)]
+    #[inline]
     fn right_jacobian(tau: &SVector<S, 7>) -> SMatrix<S, 7, 7> {
         Self::left_jacobian(&-tau)
     }
-    #[inline(always)]
+    #[inline]
     fn left_jacobian(tau: &SVector<S, 7>) -> SMatrix<S, 7, 7> {
         let (rho, phi, sigma) = parts(tau);
         let k = SimilarityJacobian::new(sigma, phi.norm_squared());
         let column = -(k.h.matrix(&phi) * rho);
         block(&k.g.matrix(&phi), &k.s.matrix(&rho, &phi), &column, &k.j.matrix(&phi), S::one())
     }
-    #[inline(always)]
+    #[inline]
     fn right_jacobian_inverse(tau: &SVector<S, 7>) -> SMatrix<S, 7, 7> {
         Self::left_jacobian_inverse(&-tau)
     }
-    #[inline(always)]
+    #[inline]
     fn left_jacobian_inverse(tau: &SVector<S, 7>) -> SMatrix<S, 7, 7> {
         let (rho, phi, sigma) = parts(tau);
         let x = phi.norm_squared();
@@ -233,7 +233,7 @@ impl<S: Real> LieGroup<7> for Sim3<S> {
         block(&g.matrix(&phi), &coupling, &column, &j.matrix(&phi), S::one())
     }
     /// One side only: nothing is shared with the other.
-    #[inline(always)]
+    #[inline]
     fn log_jac(&self) -> (SVector<S, 7>, SMatrix<S, 7, 7>) {
         let tau = self.log();
         (tau, Self::right_jacobian_inverse(&tau))
@@ -252,29 +252,29 @@ impl<S: Real> LieGroup<7> for Sim3<S> {
         let m = algebra;
         SVector::from([m.m14, m.m24, m.m34, m.m32, m.m13, m.m21, m.m11])
     }
-    #[inline(always)]
+    #[inline]
     fn map<T: Real>(&self, f: impl Fn(S) -> T) -> Sim3<T> {
         Sim3::new(self.rotation().map(&f), self.translation().map(&f), f(self.log_scale()))
     }
 }
 
 impl<S: Real> Action<7, 3> for Sim3<S> {
-    #[inline(always)]
+    #[inline]
     fn act(&self, p: &Vector3<S>) -> Vector3<S> {
         self.rotation().act(p) * self.scale() + self.translation()
     }
-    #[inline(always)]
+    #[inline]
     fn linear_part(&self) -> Matrix3<S> {
         self.rotation().to_matrix() * self.scale()
     }
-    #[inline(always)]
+    #[inline]
     fn generators_at(p: &Vector3<S>) -> SMatrix<S, 3, 7> {
         let mut g = SMatrix::<S, 3, 7>::zeros();
         g.fixed_view_mut::<3, 6>(0, 0).copy_from(&SE3::generators_at(p));
         g.set_column(6, p);
         g
     }
-    #[inline(always)]
+    #[inline]
     fn act_direction(&self, d: &Vector3<S>) -> Vector3<S> {
         self.rotation().act(d) * self.scale()
     }
@@ -282,7 +282,7 @@ impl<S: Real> Action<7, 3> for Sim3<S> {
 
 impl<S: Real> Mul for Sim3<S> {
     type Output = Self;
-    #[inline(always)]
+    #[inline]
     fn mul(self, rhs: Self) -> Self {
         self.compose(&rhs)
     }
@@ -290,7 +290,7 @@ impl<S: Real> Mul for Sim3<S> {
 
 impl<S: Real> Mul<Vector3<S>> for Sim3<S> {
     type Output = Vector3<S>;
-    #[inline(always)]
+    #[inline]
     fn mul(self, p: Vector3<S>) -> Vector3<S> {
         self.act(&p)
     }

@@ -24,19 +24,19 @@ fn series_terms<S: Real>() -> usize {
 }
 
 /// a·b of complex numbers.
-#[inline(always)]
+#[inline]
 pub(super) fn times<S: Real>(a: &Vector2<S>, b: &Vector2<S>) -> Vector2<S> {
     Vector2::new(a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x)
 }
 
 /// a/b of complex numbers.
-#[inline(always)]
+#[inline]
 pub(super) fn over<S: Real>(a: &Vector2<S>, b: &Vector2<S>) -> Vector2<S> {
     times(a, &Vector2::new(b.x, -b.y)) / b.norm_squared()
 }
 
 /// φ₁(z) = (eᶻ − 1)/z and φ₂(z) = (eᶻ − 1 − z)/z² of a complex number z = σ + iθ; 1 and ½ at 0.
-#[inline(always)]
+#[inline]
 pub(super) fn phi<S: Real>(z: &Vector2<S>) -> (Vector2<S>, Vector2<S>) {
     let one = Vector2::new(S::one(), S::zero());
     S::choose(
@@ -65,7 +65,7 @@ pub(super) struct Growth<S> {
 }
 
 impl<S: Real> Growth<S> {
-    #[inline(always)]
+    #[inline]
     pub(super) fn new(sigma: S, x: S) -> Self {
         let square = sigma * sigma + x;
         let [a, b, c] = S::choose(
@@ -94,20 +94,20 @@ impl<S: Real> Growth<S> {
     }
 
     /// G·v.
-    #[inline(always)]
+    #[inline]
     pub(super) fn apply(&self, phi: &Vector3<S>, v: &Vector3<S>) -> Vector3<S> {
         combine(phi, self.a, self.b, self.c, v)
     }
 
     /// G⁻¹·v, where G⁻¹ = (1/A)·I − (B/D)·φ^ + ((B² − CE)/(AD))·φ^² with E = A − Cx, D = E² + B²x.
-    #[inline(always)]
+    #[inline]
     pub(super) fn solve(&self, phi: &Vector3<S>, v: &Vector3<S>) -> Vector3<S> {
         let [a, b, c] = self.inverse();
         combine(phi, a, b, c, v)
     }
 
     /// G⁻¹ as a polynomial in φ^.
-    #[inline(always)]
+    #[inline]
     pub(super) fn inverse_polynomial(&self) -> Polynomial<S> {
         Polynomial(self.inverse())
     }
@@ -121,7 +121,7 @@ impl<S: Real> Growth<S> {
 }
 
 /// a·v + b·φ×v + c·φ×(φ×v).
-#[inline(always)]
+#[inline]
 fn combine<S: Real>(phi: &Vector3<S>, a: S, b: S, c: S, v: &Vector3<S>) -> Vector3<S> {
     let turned = phi.cross(v);
     v * a + turned * b + phi.cross(&turned) * c
@@ -142,7 +142,7 @@ pub(super) struct Polynomial<S>(pub(super) [S; 3]);
 
 impl<S: Real> Polynomial<S> {
     /// The product, by W³ = −xW.
-    #[inline(always)]
+    #[inline]
     fn times(&self, other: &Self, x: S) -> Self {
         let (Self([a, b, c]), Self([d, e, f])) = (self, other);
         Self([
@@ -153,12 +153,12 @@ impl<S: Real> Polynomial<S> {
     }
 
     /// self + f·other.
-    #[inline(always)]
+    #[inline]
     fn plus(&self, f: S, other: &Self) -> Self {
         Self(core::array::from_fn(|i| self.0[i] + f * other.0[i]))
     }
 
-    #[inline(always)]
+    #[inline]
     pub(super) fn matrix(&self, phi: &Vector3<S>) -> Matrix3<S> {
         let (Self([a, b, c]), w) = (self, skew(phi));
         Matrix3::from_diagonal_element(*a) + w * *b + w * w * *c
@@ -173,40 +173,40 @@ pub(super) struct Coupling<S>([S; 6]);
 
 impl<S: Real> Coupling<S> {
     /// self + f·other.
-    #[inline(always)]
+    #[inline]
     fn plus(&self, f: S, other: &Self) -> Self {
         Self(core::array::from_fn(|i| self.0[i] + f * other.0[i]))
     }
 
     /// W·self.
-    #[inline(always)]
+    #[inline]
     fn turned(&self, x: S) -> Self {
         let Self([p, wp, pw, wwp, first, second]) = *self;
         Self([S::zero(), p - x * wwp, S::zero(), wp, -pw - x * second, first])
     }
 
     /// self·W.
-    #[inline(always)]
+    #[inline]
     fn turning(&self, x: S) -> Self {
         let Self([p, wp, pw, wwp, first, second]) = *self;
         Self([-x * pw, S::zero(), p, -pw, -wp - pw - x * second, first - wwp])
     }
 
     /// `m`·self.
-    #[inline(always)]
+    #[inline]
     pub(super) fn after(&self, m: &Polynomial<S>, x: S) -> Self {
         let once = self.turned(x);
         Self(self.0.map(|s| s * m.0[0])).plus(m.0[1], &once).plus(m.0[2], &once.turned(x))
     }
 
     /// self·`m`.
-    #[inline(always)]
+    #[inline]
     pub(super) fn before(&self, m: &Polynomial<S>, x: S) -> Self {
         let once = self.turning(x);
         Self(self.0.map(|s| s * m.0[0])).plus(m.0[1], &once).plus(m.0[2], &once.turning(x))
     }
 
-    #[inline(always)]
+    #[inline]
     pub(super) fn matrix(&self, rho: &Vector3<S>, phi: &Vector3<S>) -> Matrix3<S> {
         let Self([a, b, c, d, first, second]) = *self;
         let (w, p, dot) = (skew(phi), skew(rho), phi.dot(rho));
@@ -294,7 +294,7 @@ impl<S: Real> SimilarityJacobian<S> {
 }
 
 impl<S: Real> Blend<S> for SimilarityJacobian<S> {
-    #[inline(always)]
+    #[inline]
     fn blend(mask: S::SimdBool, yes: Self, no: Self) -> Self {
         let polynomial = |y: Polynomial<S>, n: Polynomial<S>| Polynomial(Blend::<S>::blend(mask, y.0, n.0));
         Self {

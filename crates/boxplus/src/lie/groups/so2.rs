@@ -13,7 +13,6 @@
 //! assert!(((quarter * quarter * quarter).angle() + std::f64::consts::FRAC_PI_2).abs() < 1e-15);
 //! ```
 
-use crate::lie::elementary::arc;
 use crate::lie::{Action, LieError, LieGroup, Real};
 use core::ops::Mul;
 use nalgebra::{Matrix2, SMatrix, SVector, SimdComplexField, Vector1, Vector2};
@@ -82,9 +81,7 @@ impl<S: Real> SO2<S> {
     /// The angle in radians, in [−π, π].
     #[inline(always)]
     pub fn angle(&self) -> S {
-        // θ = ±(π − arcsin|sin θ|) behind, where −0 and 0 are told apart.
-        let near = self.sin() * arc(self.cos().simd_abs());
-        S::choose(self.cos().simd_lt(S::zero()), || S::simd_pi().simd_copysign(self.sin()) - near, || near)
+        S::polar_angle(self.sin(), self.cos())
     }
 
     /// cos θ.

@@ -20,7 +20,6 @@
 //! assert!((p_world - Vector3::new(0.0, 1.0, 0.0)).norm() < 1e-15);
 //! ```
 
-use crate::lie::elementary::arc;
 use crate::lie::{Action, LieError, LieGroup, Real, Stumpff};
 use core::ops::Mul;
 use nalgebra::{Matrix3, Matrix4, SMatrix, Vector3};
@@ -322,7 +321,8 @@ impl<S: Real> LieGroup<3> for SO3<S> {
     #[inline(always)]
     fn log(&self) -> Vector3<S> {
         let sign = S::choose(self.w().simd_lt(S::zero()), || -S::one(), || S::one());
-        self.v() * (sign * arc(self.w() * sign) * S::lit(2.0))
+        let half = S::angle_over_sine(self.v().norm_squared(), self.w() * sign);
+        self.v() * (sign * half * S::lit(2.0))
     }
     #[inline(always)]
     fn adjoint(&self) -> Matrix3<S> {
@@ -344,6 +344,10 @@ impl<S: Real> LieGroup<3> for SO3<S> {
     #[inline(always)]
     fn right_jacobian_inverse(phi: &Vector3<S>) -> Matrix3<S> {
         polynomial(phi, S::lit(0.5), Stumpff::new(phi.norm_squared()).d())
+    }
+    #[inline]
+    fn right_jacobian_derivative(phi: &Vector3<S>, delta: &Vector3<S>) -> Matrix3<S> {
+        super::second::so3(phi, delta)
     }
     #[inline(always)]
     fn log_jacs(&self) -> (Vector3<S>, Matrix3<S>, Matrix3<S>) {

@@ -91,6 +91,8 @@ pub struct Certificate {
     pub eigenvalue: f64,
     /// How many minima were left for lower ones.
     pub escapes: usize,
+    /// Whether an observer stopped the search.
+    pub stopped: bool,
     /// The graph with its vertices at the best estimate, which minimises SE-Sync's cost; its first pose is where it was.
     pub graph: PoseGraph,
 }
@@ -175,7 +177,7 @@ pub fn certify_observed(
         let climb = climb::<3, 4, 5>(&links, &frames(&graph.poses3), &mut watch);
         settle(climb.map_err(PoseGraphError::from)?, &links, &mut out.poses3)
     };
-    Ok(Certificate { graph: out, ..climbed })
+    Ok(Certificate { graph: out, stopped: watch.stopped, ..climbed })
 }
 
 /// What was found, with the vertices moved there; the graph is still to be filled in.
@@ -198,6 +200,7 @@ fn settle<X: Pose<D>, const D: usize>(
         lower_bound: climb.best.lower_bound,
         eigenvalue: climb.best.eigenvalue,
         escapes: climb.escapes,
+        stopped: false,
         graph: PoseGraph::default(),
     }
 }

@@ -19,6 +19,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod false_closures;
 mod worlds;
 
 use super::{Edge, Line, PoseGraph, Vertex};

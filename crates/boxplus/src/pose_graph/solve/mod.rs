@@ -12,7 +12,9 @@
 //! ```
 
 mod costs;
-mod problem;
+mod indefinite;
+pub(in crate::pose_graph) mod problem;
+mod robust;
 mod uncertainty;
 
 use core::fmt;
@@ -20,14 +22,15 @@ use core::ops::ControlFlow;
 use core::str::FromStr;
 
 pub use costs::Costs;
-pub use problem::Indefinite;
-pub(in crate::pose_graph) use problem::{faults, usable_information};
+pub use indefinite::Indefinite;
+pub(in crate::pose_graph) use indefinite::usable_information;
+pub(in crate::pose_graph) use problem::faults;
 pub use uncertainty::PositionCovariance;
 
 use super::constraint::{Constraint, Kind};
 use super::{Fault, Line, PoseGraph};
 use crate::graph::{
-    self, Clock, GraphError, Initial, Iteration, Kernel, SolveOptions, SolveReport, Unconstrained,
+    self, Clock, Graduation, GraphError, Initial, Iteration, Kernel, SolveOptions, SolveReport, Unconstrained,
 };
 use problem::{Problem, with_values};
 
@@ -96,6 +99,10 @@ pub struct SolveSettings {
     pub initial: Initial,
     /// How much a large residual may pull.
     pub kernel: Kernel,
+    /// Whether to look for false loop closures ([`PoseGraph::loop_closures`]), and how: graduated non-convexity, in which
+    /// [`SolveSettings::kernel`] bounds all other measurements. With [`Initial::Auto`] the search starts from an estimate that no
+    /// loop closure went into.
+    pub graduation: Option<Graduation>,
     /// Vertices to hold, besides those that the file fixes.
     pub fixed: Vec<u64>,
     /// What to do with information matrices that are not positive definite.
@@ -168,6 +175,8 @@ pub struct Solved {
     pub parts: usize,
     /// χ² of every measurement, in the order of [`PoseGraph::constraints`]; NaN where it was left out.
     pub chi2: Vec<f64>,
+    /// With [`SolveSettings::graduation`]: the loop closures found to be false, as places in [`PoseGraph::constraints`].
+    pub rejected: Vec<usize>,
     /// The measurements whose information matrix had to be mended or left out.
     pub mended: Vec<Line>,
     /// Where the time went.
@@ -182,6 +191,20 @@ impl Solved {
 
     /// The `count` measurements that fit worst, worst first.
     pub fn worst(&self, count: usize) -> Vec<Misfit> {
+        let mut all: Vec<_> = self.misfits().filter(|m| !m.chi2.is_nan()).collect();
+        all.sort_by(|a, b| b.chi2.total_cmp(&a.chi2));
+        all.truncate(count);
+        all
+    }
+
+    /// The loop closures found to be false, in the order of [`PoseGraph::constraints`].
+    pub fn rejected_closures(&self) -> Vec<Misfit> {
+        let misfits: Vec<_> = self.misfits().collect();
+        self.rejected.iter().filter_map(|&place| misfits.get(place).copied()).collect()
+    }
+
+    /// Every measurement and its χ², in the order of [`PoseGraph::constraints`].
+    pub(in crate::pose_graph) fn misfits(&self) -> impl Iterator<Item = Misfit> {
         let misfit = |(c, &chi2): (Constraint<'_>, &f64)| Misfit {
             kind: c.kind,
             from: c.from,
@@ -190,11 +213,7 @@ impl Solved {
             chi2,
             dof: c.dof(),
         };
-        let mut all: Vec<_> =
-            self.graph.constraints().zip(&self.chi2).map(misfit).filter(|m| !m.chi2.is_nan()).collect();
-        all.sort_by(|a, b| b.chi2.total_cmp(&a.chi2));
-        all.truncate(count);
-        all
+        self.graph.constraints().zip(&self.chi2).map(misfit)
     }
 }
 
@@ -265,7 +284,10 @@ impl PoseGraph {
     /// As [`solve`].
     pub fn initialised(&self, settings: &SolveSettings) -> Result<PoseGraph, PoseGraphError> {
         let problem = Problem::new(self, settings)?;
-        let start = problem.factors.initialise(&problem.values, settings.initial)?;
+        let start = match settings.graduation {
+            Some(_) => robust::first_estimate(self, &problem, settings)?,
+            None => problem.factors.initialise(&problem.values, settings.initial)?,
+        };
         Ok(with_values(self, &start.values))
     }
 }
@@ -294,20 +316,27 @@ pub fn solve_observed(
     observer: &mut dyn FnMut(Progress<'_>) -> ControlFlow<()>,
 ) -> Result<Solved, PoseGraphError> {
     let clock = Clock::start();
-    let problem = Problem::new(graph, settings)?;
+    let mut problem = Problem::new(graph, settings)?;
     let scale = settings.chart.factor();
     let given_cost = problem.factors.cost(&problem.values).ok().map(|cost| scale * cost);
     let built = clock.seconds();
 
-    let start = problem.factors.initialise(&problem.values, settings.initial)?;
+    let start = match settings.graduation {
+        Some(_) => robust::first_estimate(graph, &problem, settings)?,
+        None => problem.factors.initialise(&problem.values, settings.initial)?,
+    };
     let initialised = clock.seconds();
     let stopped = observer(Progress::Initialised(start.chosen, scale * start.cost())).is_break();
 
     let max_iterations = if stopped { 0 } else { settings.options.max_iterations };
     let options = SolveOptions { max_iterations, ..settings.options.clone() };
-    let solution = problem
-        .factors
-        .optimize_observed(&start.values, &options, &mut |i| observer(Progress::Iteration(i)))?;
+    let mut watch = |iteration: &Iteration| observer(Progress::Iteration(iteration));
+    let (solution, rejected) = match settings.graduation {
+        Some(graduation) => {
+            robust::optimise(graph, &mut problem, &start, (&options, graduation), &mut watch)?
+        }
+        None => (problem.factors.optimize_observed(&start.values, &options, &mut watch)?, vec![]),
+    };
     let optimised = clock.seconds();
 
     let mut report = solution.report;
@@ -325,6 +354,7 @@ pub fn solve_observed(
         cost: scale * report.cost,
         chi2: problem.chi2(&solution.values),
         parts: problem.factors.parts(&problem.values).len(),
+        rejected,
         mended: problem.mended,
         unconstrained: solution.unconstrained,
         report,

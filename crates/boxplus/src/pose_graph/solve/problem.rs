@@ -1,7 +1,8 @@
 //! From a pose graph to factors and variables, and back.
 
-use nalgebra::{DMatrix, SMatrix, SymmetricEigen};
+use nalgebra::{DMatrix, SMatrix};
 
+use super::indefinite::{Indefinite, mend, symmetric, translations};
 use super::{ChartKind, PoseGraphError, SolveSettings};
 use crate::graph::{
     Bearing2, Between, Chart, Chordal, Difference, Factor, FactorId, G2o, Graph, GraphError, GroupVariable,
@@ -12,25 +13,10 @@ use crate::lie::{LieGroup, Rn, SE2, SE3};
 use crate::pose_graph::ids::Ids;
 use crate::pose_graph::{Fault, Line, PoseGraph, Severity, Vertex};
 
-/// What to do with a measurement whose information matrix is not positive definite.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Indefinite {
-    /// Refuse the graph, naming them all.
-    #[default]
-    Refuse,
-    /// Raise the eigenvalues to at least 1e-9 of the largest, which must be positive.
-    Clamp,
-    /// Leave the measurement out.
-    Skip,
-}
-
-/// The smallest eigenvalue that [`Indefinite::Clamp`] leaves, as a share of the largest.
-const CLAMP: f64 = 1e-9;
-
 /// The factor graph of a pose graph.
-pub(super) struct Problem {
-    pub(super) factors: Graph,
-    pub(super) values: Values,
+pub(in crate::pose_graph) struct Problem {
+    pub(in crate::pose_graph) factors: Graph,
+    pub(in crate::pose_graph) values: Values,
     keys: Keys,
     /// The factor of each measurement, in the order of [`PoseGraph::constraints`]; none where it was left out.
     pub(super) ids: Vec<Option<FactorId>>,
@@ -39,7 +25,10 @@ pub(super) struct Problem {
 }
 
 impl Problem {
-    pub(super) fn new(graph: &PoseGraph, settings: &SolveSettings) -> Result<Self, PoseGraphError> {
+    pub(in crate::pose_graph) fn new(
+        graph: &PoseGraph,
+        settings: &SolveSettings,
+    ) -> Result<Self, PoseGraphError> {
         let mut builder = Builder::new(graph, settings);
         builder.insert_vertices();
         if builder.values.is_empty() {
@@ -231,20 +220,20 @@ impl<'a> Builder<'a> {
         let graph = self.graph;
         for e in &graph.sightings2 {
             let keys = (self.keys.pose2(e.from)?, self.keys.point2(e.to)?);
-            self.add(keys, Sighting2 { measured: e.measured }, &e.information, e.line)?;
+            self.add(keys, Sighting2 { measured: e.measured }, (&e.information, 2), e.line)?;
         }
         for e in &graph.sightings3 {
             let keys = (self.keys.pose3(e.from)?, self.keys.point3(e.to)?);
             let factor = Sighting3 { measured: e.measured, pose_from_sensor: self.offset(e.offset)? };
-            self.add(keys, factor, &e.information, e.line)?;
+            self.add(keys, factor, (&e.information, 3), e.line)?;
         }
         for e in &graph.bearings2 {
             let keys = (self.keys.pose2(e.from)?, self.keys.point2(e.to)?);
-            self.add(keys, Bearing2::new(e.measured), &e.information, e.line)?;
+            self.add(keys, Bearing2::new(e.measured), (&e.information, 0), e.line)?;
         }
         for p in &graph.priors2 {
             let key = (self.keys.pose2(p.id)?,);
-            self.add(key, Prior { mean: p.measured }, &p.information, p.line)?;
+            self.add(key, Prior { mean: p.measured }, (&p.information, 2), p.line)?;
         }
         for p in &graph.priors3 {
             // The file measures the sensor, X·B ≈ Z; its error, seen from the body, is Ad_B times that of the body.
@@ -252,15 +241,15 @@ impl<'a> Builder<'a> {
             let mean = p.measured.compose(&body_from_sensor.inverse());
             let sensor_from_body = body_from_sensor.inverse().adjoint();
             let information = sensor_from_body.transpose() * p.information * sensor_from_body;
-            self.add(key, Prior { mean }, &symmetric(&information), p.line)?;
+            self.add(key, Prior { mean }, (&symmetric(&information), 3), p.line)?;
         }
         for p in &graph.point_priors2 {
             let key = (self.keys.point2(p.id)?,);
-            self.add(key, Prior { mean: Rn::new(p.measured) }, &p.information, p.line)?;
+            self.add(key, Prior { mean: Rn::new(p.measured) }, (&p.information, 2), p.line)?;
         }
         for p in &graph.point_priors3 {
             let key = (self.keys.point3(p.id)?,);
-            self.add(key, Prior { mean: Rn::new(p.measured) }, &p.information, p.line)?;
+            self.add(key, Prior { mean: Rn::new(p.measured) }, (&p.information, 3), p.line)?;
         }
         Some(())
     }
@@ -285,7 +274,7 @@ impl<'a> Builder<'a> {
         information: &SMatrix<f64, D, D>,
         line: Line,
     ) -> Option<()> {
-        let mut noise = self.noise(information, line).ok()?;
+        let mut noise = self.noise(information, translations::<D>(), line).ok()?;
         if let (ChartKind::SeSync, Some(full)) = (self.settings.chart, noise) {
             noise = Some(Noise::from_information(&isotropic_information(&full.information())?).ok()?);
         }
@@ -297,21 +286,22 @@ impl<'a> Builder<'a> {
         &mut self,
         keys: <F::Variables as Variables>::Keys,
         factor: F,
-        information: &SMatrix<f64, R, R>,
+        (information, split): (&SMatrix<f64, R, R>, usize),
         line: Line,
     ) -> Option<()> {
-        let noise = self.noise(information, line).ok()?;
+        let noise = self.noise(information, split, line).ok()?;
         self.push(keys, factor, noise);
         Some(())
     }
 
-    /// The noise of a measurement, mended as the settings say; `None` where it is to be left out.
+    /// The noise of a measurement whose first `split` coordinates are a translation, mended as the settings say; `None` where it is to be left out.
     ///
     /// # Errors
     /// What is beyond mending; it is kept for the report.
     fn noise<const R: usize>(
         &mut self,
         information: &SMatrix<f64, R, R>,
+        split: usize,
         line: Line,
     ) -> Result<Option<Noise<R>>, GraphError> {
         let error = match Noise::from_information(information) {
@@ -322,8 +312,8 @@ impl<'a> Builder<'a> {
         let mended = match self.settings.indefinite {
             Indefinite::Skip => return Ok(None),
             Indefinite::Refuse => None,
-            Indefinite::Clamp => {
-                clamped(information).and_then(|mended| Noise::from_information(&mended).ok())
+            policy => {
+                mend(information, split, policy).and_then(|mended| Noise::from_information(&mended).ok())
             }
         };
         mended.map(Some).ok_or_else(|| {
@@ -414,33 +404,4 @@ fn declare<V: Variable>(
     for i in indices {
         keys[i].get_or_insert_with(|| values.declare(ids.as_slice()[i]));
     }
-}
-
-/// The information matrix that a policy makes of this one; `None` where the measurement is to be left out.
-pub(in crate::pose_graph) fn usable_information<const D: usize>(
-    information: &SMatrix<f64, D, D>,
-    policy: Indefinite,
-) -> Option<SMatrix<f64, D, D>> {
-    match (Noise::from_information(information), policy) {
-        (Ok(noise), _) => Some(noise.information()),
-        (Err(_), Indefinite::Clamp) => clamped(information),
-        (Err(_), _) => None,
-    }
-}
-
-/// The nearest matrix whose eigenvalues are at least [`CLAMP`] of the largest; `None` where that is not finite.
-fn clamped<const D: usize>(information: &SMatrix<f64, D, D>) -> Option<SMatrix<f64, D, D>> {
-    if !information.iter().all(|x| x.is_finite()) {
-        return None;
-    }
-    let dynamic = DMatrix::from_column_slice(D, D, symmetric(information).as_slice());
-    let mut eigen = SymmetricEigen::new(dynamic);
-    let floor = CLAMP * eigen.eigenvalues.max();
-    eigen.eigenvalues.apply(|x| *x = x.max(floor));
-    let mended = SMatrix::from_column_slice(eigen.recompose().as_slice());
-    (floor > 0.0).then(|| symmetric(&mended))
-}
-
-fn symmetric<const D: usize>(m: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
-    (m + m.transpose()) * 0.5
 }

@@ -1,0 +1,15 @@
+//! Models that come with the library, one file each.
+
+mod attitude;
+mod inertial;
+mod odometry;
+mod part;
+mod sightings;
+mod wheels;
+
+pub use attitude::{Attitude, Gyroscope};
+pub use inertial::{DeadReckoning, Imu, ImuNoise, Inertial, InertialState, STANDARD_GRAVITY};
+pub use odometry::Odometry;
+pub use part::Part;
+pub use sightings::{PositionFix, Range, RangeBearing, Sighting, VectorSighting};
+pub use wheels::{DifferentialDrive, WheelTravel};
