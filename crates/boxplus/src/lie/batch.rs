@@ -5,7 +5,7 @@
 //! found at run time), and laid back. No operation is contracted and no sum reordered, so that neither the instruction set nor the
 //! number of threads changes a bit. An element that needs a rare form, such as an angle beyond π, is computed alone.
 //!
-//! Any group serves. One of your own is vectorised if its operations are `#[inline(always)]` and take their elementary functions
+//! Any group serves. One of your own is vectorised if its operations are `#[cfg_attr(not(debug_assertions), inline(always))]` and take their elementary functions
 //! from [`Real`]; otherwise it is merely right.
 //!
 //! ```
@@ -217,7 +217,7 @@ where
 {
     type Output = ();
 
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn with_simd<S: pulp::Simd>(self, _: S) {
         let (mut inputs, mut results) = (I::slots(), R::slots());
         let vectorised = I::fits() && R::fits();

@@ -15,7 +15,7 @@ pub(super) const EXP_END: f64 = 708.0;
 const ROUND: f64 = 6755399441055744.0;
 
 /// (sin x, cos x).
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn sin_cos(x: f64) -> (f64, f64) {
     // The pieces have 33 bits, so that their products with n are exact. Cody and Waite (1980).
     const PIECES: [f64; 3] =
@@ -38,7 +38,7 @@ pub(super) fn sin_cos(x: f64) -> (f64, f64) {
 }
 
 /// eˣ.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn exp(x: f64) -> f64 {
     // ln 2 in two pieces, the first of 33 bits.
     const LN2: [f64; 2] = [f64::from_bits(0x3fe62e42fee00000), f64::from_bits(0x3dea39ef35793c76)];
@@ -56,26 +56,26 @@ pub(super) fn exp(x: f64) -> f64 {
 ///
 /// What turns the vector part of a unit quaternion into half its logarithm. It is analytic for w > −1, so that one polynomial
 /// in 1 − w replaces a root, a quotient, an arc tangent and the care for small angles.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn arc<S: Real>(w: S) -> S {
     let u = S::one() - w;
     S::one() + u * if S::EPSILON > 1e-10 { polynomial(&ARC_SINGLE, u) } else { polynomial(&ARC, u) }
 }
 
 /// The angle of the unit vector (x, y): ±(π − arcsin|y|) where x < 0, and −0 and 0 are told apart.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn polar_angle<S: Real>(y: S, x: S) -> S {
     let near = y * arc(x.simd_abs());
     S::choose(x.simd_lt(S::zero()), || S::simd_pi().simd_copysign(y) - near, || near)
 }
 
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn horner<const N: usize>(a: &[f64; N], x: f64) -> f64 {
     a.iter().rev().fold(0.0, |sum, a| sum * x + a)
 }
 
 /// Σ aⱼxʲ: even and odd powers by Horner's rule in x², side by side.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn polynomial<S: Real, const N: usize>(a: &[f64; N], x: S) -> S {
     let (mut even, mut odd, y) = (S::zero(), S::zero(), x * x);
     for j in (0..N).rev() {

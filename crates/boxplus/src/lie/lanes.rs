@@ -17,32 +17,32 @@ macro_rules! lanes {
         impl Real for Lanes<$t> {
             const EPSILON: f64 = <$t as Real>::EPSILON;
             const SERIES_TERMS: usize = <$t as Real>::SERIES_TERMS;
-            #[inline(always)]
+            #[cfg_attr(not(debug_assertions), inline(always))]
             fn lit(x: f64) -> Self {
                 Self::splat(<$t>::lit(x))
             }
-            #[inline(always)]
+            #[cfg_attr(not(debug_assertions), inline(always))]
             fn value(self) -> f64 {
                 self.0[0].value()
             }
-            #[inline(always)]
+            #[cfg_attr(not(debug_assertions), inline(always))]
             fn sin_cos(self) -> (Self, Self) {
                 let inside = self.simd_abs().simd_lt(Self::lit(elementary::SIN_COS_END));
                 let [a, b] = self.or_nan(inside).0;
                 let (a, b) = (elementary::sin_cos(a.into()), elementary::sin_cos(b.into()));
                 (Self::from([a.0 as $t, b.0 as $t]), Self::from([a.1 as $t, b.1 as $t]))
             }
-            #[inline(always)]
+            #[cfg_attr(not(debug_assertions), inline(always))]
             fn exp(self) -> Self {
                 let inside = self.simd_abs().simd_lt(Self::lit(elementary::EXP_END));
                 let [a, b] = self.or_nan(inside).0;
                 Self::from([elementary::exp(a.into()) as $t, elementary::exp(b.into()) as $t])
             }
-            #[inline(always)]
+            #[cfg_attr(not(debug_assertions), inline(always))]
             fn nearest(self) -> Self {
                 self.simd_round()
             }
-            #[inline(always)]
+            #[cfg_attr(not(debug_assertions), inline(always))]
             fn choose<T: Blend<Self>>(
                 mask: Self::SimdBool,
                 yes: impl FnOnce() -> T,
@@ -50,14 +50,14 @@ macro_rules! lanes {
             ) -> T {
                 T::blend(mask, yes(), no())
             }
-            #[inline(always)]
+            #[cfg_attr(not(debug_assertions), inline(always))]
             fn common(self, mask: Self::SimdBool) -> Option<Self> {
                 Some(self.or_nan(mask))
             }
         }
 
         impl OrNan for Lanes<$t> {
-            #[inline(always)]
+            #[cfg_attr(not(debug_assertions), inline(always))]
             fn or_nan(self, mask: Self::SimdBool) -> Self {
                 self.select(mask, Self::splat(<$t>::NAN))
             }

@@ -136,17 +136,17 @@ pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'st
     fn map<S: Real>(&self, f: impl Fn(Self::Scalar) -> S) -> Self::Over<S>;
 
     /// X⁻¹·Y, Y = `other` seen from X.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn between(&self, other: &Self) -> Self {
         self.inverse().compose(other)
     }
     /// X ⊕ τ = X·Exp(τ), a step in the local frame. Solà et al. (2018) (25).
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn rplus(&self, tau: &Tangent<Self::Scalar, D>) -> Self {
         self.compose(&Self::exp(tau))
     }
     /// Y ⊖ X = Log(X⁻¹Y) with Y = `self`, X = `base`: the local step from X to Y. Solà et al. (2018) (26).
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn rminus(&self, base: &Self) -> Tangent<Self::Scalar, D> {
         base.between(self).log()
     }
@@ -177,7 +177,7 @@ pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'st
         Self::right_jacobian(&-tau)
     }
     /// J_l(τ)⁻¹ = J_r(−τ)⁻¹, D×D. Unbounded as θ → 2π.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn left_jacobian_inverse(tau: &Tangent<Self::Scalar, D>) -> Jacobian<Self::Scalar, D> {
         Self::right_jacobian_inverse(&-tau)
     }
@@ -249,24 +249,24 @@ pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'st
         (value, -value.inverse().adjoint(), SMatrix::identity())
     }
     /// Exp τ: `(value, J_r(τ))`.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn exp_jac(tau: &Tangent<Self::Scalar, D>) -> (Self, Jacobian<Self::Scalar, D>) {
         (Self::exp(tau), Self::right_jacobian(tau))
     }
     /// τ = Log X: `(τ, J_r⁻¹(τ))`. Solà et al. (2018) (79).
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn log_jac(&self) -> (Tangent<Self::Scalar, D>, Jacobian<Self::Scalar, D>) {
         let (tau, right, _) = self.log_jacs();
         (tau, right)
     }
     /// τ = Log X with both inverse Jacobians, which share their coefficients: `(τ, J_r⁻¹(τ), J_l⁻¹(τ))`.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn log_jacs(&self) -> (Tangent<Self::Scalar, D>, Jacobian<Self::Scalar, D>, Jacobian<Self::Scalar, D>) {
         let tau = self.log();
         (tau, Self::right_jacobian_inverse(&tau), Self::left_jacobian_inverse(&tau))
     }
     /// X·Exp τ: `(value, Ad_{Exp(−τ)}, J_r(τ))`. Solà et al. (2018) (80), (81).
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn rplus_jac(
         &self,
         tau: &Tangent<Self::Scalar, D>,
@@ -275,7 +275,7 @@ pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'st
         (self.compose(&step), step.inverse().adjoint(), d_tau)
     }
     /// τ = Y ⊖ X with Y = `self`, X = `base`: `(τ, J_r⁻¹(τ), −J_l⁻¹(τ))`. Solà et al. (2018) (82), (83).
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn rminus_jac(
         &self,
         base: &Self,

@@ -21,32 +21,32 @@ pub trait Real: SimdRealField<Element: SimdRealField> + Copy + Send + Sync + 'st
     fn value(self) -> f64;
 
     /// (sin x, cos x).
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn sin_cos(self) -> (Self, Self) {
         self.simd_sin_cos()
     }
 
     /// eˣ.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn exp(self) -> Self {
         self.simd_exp()
     }
 
     /// The angle of the unit vector (x, y), in \[−π, π\]. Derivatives of dual numbers are right on the axes, too, where atan(y/x)
     /// divides by zero or cancels.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn polar_angle(y: Self, x: Self) -> Self {
         elementary::polar_angle(y, x)
     }
 
     /// θ/sin θ with sin² θ and cos θ ≥ 0 given: 1 at θ = 0, where nothing is divided, and π/2 at a right angle.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn angle_over_sine(_sin_squared: Self, cos: Self) -> Self {
         elementary::arc(cos)
     }
 
     /// The nearest whole number, a constant: its derivative is 0.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn nearest(self) -> Self {
         Self::lit(self.value().simd_round())
     }
@@ -60,7 +60,7 @@ pub trait Real: SimdRealField<Element: SimdRealField> + Copy + Send + Sync + 'st
     /// }
     /// assert_eq!([magnitude(-2.0), magnitude(3.0)], [2.0, 3.0]);
     /// ```
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn choose<T: Blend<Self>>(mask: Self::SimdBool, yes: impl FnOnce() -> T, no: impl FnOnce() -> T) -> T {
         if mask.all() {
             yes()
@@ -73,7 +73,7 @@ pub trait Real: SimdRealField<Element: SimdRealField> + Copy + Send + Sync + 'st
 
     /// Itself where `mask` holds, so that the common form of a function serves; `None` calls for the rare one. Lanes always
     /// take the common form, with NaN where `mask` fails, which tells a batch to compute that element alone.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn common(self, mask: Self::SimdBool) -> Option<Self> {
         mask.all().then_some(self)
     }
@@ -86,28 +86,28 @@ pub trait Blend<S: Real> {
 }
 
 impl<S: Real> Blend<S> for S {
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn blend(mask: S::SimdBool, yes: Self, no: Self) -> Self {
         yes.select(mask, no)
     }
 }
 
 impl<S: Real, T: Blend<S> + Copy, const N: usize> Blend<S> for [T; N] {
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn blend(mask: S::SimdBool, yes: Self, no: Self) -> Self {
         core::array::from_fn(|i| T::blend(mask, yes[i], no[i]))
     }
 }
 
 impl<S: Real, T: Blend<S>, U: Blend<S>> Blend<S> for (T, U) {
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn blend(mask: S::SimdBool, yes: Self, no: Self) -> Self {
         (T::blend(mask, yes.0, no.0), U::blend(mask, yes.1, no.1))
     }
 }
 
 impl<S: Real, const R: usize, const C: usize> Blend<S> for SMatrix<S, R, C> {
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn blend(mask: S::SimdBool, yes: Self, no: Self) -> Self {
         yes.zip_map(&no, |y, n| y.select(mask, n))
     }
@@ -116,22 +116,22 @@ impl<S: Real, const R: usize, const C: usize> Blend<S> for SMatrix<S, R, C> {
 impl Real for f64 {
     const EPSILON: f64 = f64::EPSILON;
     const SERIES_TERMS: usize = 12;
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn lit(x: f64) -> Self {
         x
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn value(self) -> f64 {
         self
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn sin_cos(self) -> (Self, Self) {
         match self.common(self.abs() < elementary::SIN_COS_END) {
             Some(x) => elementary::sin_cos(x),
             None => self.simd_sin_cos(),
         }
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn exp(self) -> Self {
         match self.common(self.abs() < elementary::EXP_END) {
             Some(x) => elementary::exp(x),
@@ -144,20 +144,20 @@ impl Real for f64 {
 impl Real for f32 {
     const EPSILON: f64 = f32::EPSILON as f64;
     const SERIES_TERMS: usize = 6;
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn lit(x: f64) -> Self {
         x as f32
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn value(self) -> f64 {
         f64::from(self)
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn sin_cos(self) -> (Self, Self) {
         let (sin, cos) = Real::sin_cos(f64::from(self));
         (sin as f32, cos as f32)
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn exp(self) -> Self {
         Real::exp(f64::from(self)) as f32
     }

@@ -53,7 +53,7 @@ const TRIGONOMETRY_START: f64 = 0.25;
 
 impl<S: Real> Stumpff<S> {
     /// All of c₀ … c₆ at `x` = θ² ≥ 0. What a caller does not use costs nothing once inlined.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn new(x: S) -> Self {
         match x.common(x.simd_lt(S::lit(SERIES_END))) {
             Some(x) => Self::series(x),
@@ -61,7 +61,7 @@ impl<S: Real> Stumpff<S> {
         }
     }
 
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn series(x: S) -> Self {
         let (c5, c6) = (series(&C5, x), series(&C6, x));
         let c4 = S::lit(1.0 / 24.0) - x * c6;
@@ -80,7 +80,7 @@ impl<S: Real> Stumpff<S> {
         Self { c0, c1, c2, c3, c4, c5, c6 }
     }
 
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn closed(x: S) -> Self {
         let theta = x.simd_sqrt();
         let (half_sin, half_cos) = (theta * S::lit(0.5)).sin_cos();
@@ -95,13 +95,13 @@ impl<S: Real> Stumpff<S> {
     }
 
     /// d = (1 − (θ/2)·cot(θ/2))/θ² = (c₃ − 2c₄)/(2c₂): J_l⁻¹ = I − ½φ^ + d·φ^². 1/12 at 0, a pole at 2π.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn d(&self) -> S {
         -self.beta1() / (self.c2 + self.c2)
     }
 
     /// e = d′(θ)/θ = ((5c₅ − c₄ − 8c₆)·c₂ + (c₃ − 2c₄)²)/(2c₂²). 1/360 at 0, a pole at 2π.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn e(&self) -> S {
         let b = self.beta1();
         let a = S::lit(5.0) * self.c5 - self.c4 - S::lit(8.0) * self.c6;
@@ -109,20 +109,20 @@ impl<S: Real> Stumpff<S> {
     }
 
     /// β₁ = c₂′(θ)/θ = (θ sin θ + 2 cos θ − 2)/θ⁴ = −(c₃ − 2c₄). −1/12 at 0.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn beta1(&self) -> S {
         self.c4 + self.c4 - self.c3
     }
 
     /// β₂ = c₃′(θ)/θ = (3 sin θ − θ cos θ − 2θ)/θ⁵ = −(c₄ − 3c₅). −1/60 at 0.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn beta2(&self) -> S {
         S::lit(3.0) * self.c5 - self.c4
     }
 }
 
 impl<S: Real> Blend<S> for Stumpff<S> {
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn blend(mask: S::SimdBool, yes: Self, no: Self) -> Self {
         let values = |c: Self| [c.c0, c.c1, c.c2, c.c3, c.c4, c.c5, c.c6];
         let [c0, c1, c2, c3, c4, c5, c6] = Blend::<S>::blend(mask, values(yes), values(no));
@@ -131,7 +131,7 @@ impl<S: Real> Blend<S> for Stumpff<S> {
 }
 
 /// Σⱼ aⱼ(−x)ʲ up to j = `SERIES_TERMS`: even and odd powers by Horner's rule in x², side by side.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn series<S: Real>(a: &[f64; MAX_TERMS + 1], x: S) -> S {
     let (n, y) = (S::SERIES_TERMS, x * x);
     let (mut even, mut odd) = (S::lit(a[n]), S::lit(a[n - 1]));

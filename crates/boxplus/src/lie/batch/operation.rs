@@ -21,7 +21,7 @@ macro_rules! operations {
         impl<G: LieGroup<D>, const D: usize> Operation<G> for $name<D> {
             type In = $in;
             type Out = $out;
-            #[inline(always)]
+            #[cfg_attr(not(debug_assertions), inline(always))]
             fn apply($x: Self::In) -> Self::Out {
                 $value
             }

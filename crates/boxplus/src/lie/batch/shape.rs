@@ -21,11 +21,11 @@ pub trait Number: Real + PartialEq {
 
 impl Number for f64 {
     type Lanes = Lanes<f64>;
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn lanes(self) -> Self::Lanes {
         Lanes::from([self, self])
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn of(lanes: Self::Lanes) -> Self {
         lanes.0[0]
     }
@@ -33,11 +33,11 @@ impl Number for f64 {
 
 impl Number for f32 {
     type Lanes = Lanes<f32>;
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn lanes(self) -> Self::Lanes {
         Lanes::from([self, self])
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn of(lanes: Self::Lanes) -> Self {
         lanes.0[0]
     }
@@ -76,23 +76,23 @@ impl<T: Number, const R: usize, const C: usize> Shape for Flat<T, R, C> {
     type Slots = [[[T; BLOCK]; R]; C];
     type Slices<'a> = &'a [SMatrix<T, R, C>];
 
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn other_length(slices: Self::Slices<'_>, len: usize) -> Option<usize> {
         Some(slices.len()).filter(|n| *n != len)
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn at(slices: Self::Slices<'_>, i: usize) -> Self::Narrow {
         slices[i]
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn fits() -> bool {
         true
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn slots() -> Self::Slots {
         [[[T::lit(0.0); BLOCK]; R]; C]
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn split(x: &Self::Narrow, slots: &mut Self::Slots, k: usize) {
         for c in 0..C {
             for r in 0..R {
@@ -100,11 +100,11 @@ impl<T: Number, const R: usize, const C: usize> Shape for Flat<T, R, C> {
             }
         }
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn wide(slots: &Self::Slots, k: usize) -> Self::Wide {
         SMatrix::from_fn(|r, c| slots[c][r][k].lanes())
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn put(x: &Self::Wide, slots: &mut Self::Slots, k: usize) -> T {
         let mut nothing = T::lit(0.0);
         for c in 0..C {
@@ -116,7 +116,7 @@ impl<T: Number, const R: usize, const C: usize> Shape for Flat<T, R, C> {
         }
         nothing
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn join(slots: &Self::Slots, k: usize) -> Self::Narrow {
         SMatrix::from_fn(|r, c| slots[c][r][k])
     }
@@ -129,7 +129,7 @@ pub trait BatchGroup<const D: usize>: LieGroup<D, Scalar: Number> {
 }
 
 impl<T: Number, G: LieGroup<D, Scalar = T, Over<T> = G>, const D: usize> BatchGroup<D> for G {
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn of(x: G) -> G {
         x
     }
@@ -145,15 +145,15 @@ impl<G: BatchGroup<D>, const D: usize> Shape for Element<G, D> {
     type Slots = [[[Cell<G::Scalar>; BLOCK]; D]; 4];
     type Slices<'a> = &'a [G];
 
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn other_length(slices: Self::Slices<'_>, len: usize) -> Option<usize> {
         Some(slices.len()).filter(|n| *n != len)
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn at(slices: Self::Slices<'_>, i: usize) -> G {
         slices[i]
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn fits() -> bool {
         let count = Cell::new(0);
         G::identity().map(|x| {
@@ -162,13 +162,13 @@ impl<G: BatchGroup<D>, const D: usize> Shape for Element<G, D> {
         });
         count.get() <= 4 * D
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn slots() -> Self::Slots {
         core::array::from_fn(|_| {
             core::array::from_fn(|_| core::array::from_fn(|_| Cell::new(G::Scalar::lit(0.0))))
         })
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn split(x: &G, slots: &mut Self::Slots, k: usize) {
         let next = Cell::new(0);
         x.map(|number| {
@@ -177,7 +177,7 @@ impl<G: BatchGroup<D>, const D: usize> Shape for Element<G, D> {
             number
         });
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn wide(slots: &Self::Slots, k: usize) -> Self::Wide {
         let next = Cell::new(0);
         G::identity().map(|_| {
@@ -185,7 +185,7 @@ impl<G: BatchGroup<D>, const D: usize> Shape for Element<G, D> {
             slots[n / D][n % D][k].get().lanes()
         })
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn put(x: &Self::Wide, slots: &mut Self::Slots, k: usize) -> G::Scalar {
         let next = Cell::new(0);
         let nothing = Cell::new(G::Scalar::lit(0.0));
@@ -197,7 +197,7 @@ impl<G: BatchGroup<D>, const D: usize> Shape for Element<G, D> {
         });
         nothing.get()
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn join(slots: &Self::Slots, k: usize) -> G {
         let next = Cell::new(0);
         G::of(G::identity().map(|_| {
@@ -214,36 +214,36 @@ impl<A: Shape, B: Shape<Number = A::Number>> Shape for (A, B) {
     type Slots = (A::Slots, B::Slots);
     type Slices<'a> = (A::Slices<'a>, B::Slices<'a>);
 
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn other_length((a, b): Self::Slices<'_>, len: usize) -> Option<usize> {
         A::other_length(a, len).or(B::other_length(b, len))
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn at((a, b): Self::Slices<'_>, i: usize) -> Self::Narrow {
         (A::at(a, i), B::at(b, i))
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn fits() -> bool {
         A::fits() && B::fits()
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn slots() -> Self::Slots {
         (A::slots(), B::slots())
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn split((a, b): &Self::Narrow, (p, q): &mut Self::Slots, k: usize) {
         A::split(a, p, k);
         B::split(b, q, k);
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn wide((p, q): &Self::Slots, k: usize) -> Self::Wide {
         (A::wide(p, k), B::wide(q, k))
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn put((a, b): &Self::Wide, (p, q): &mut Self::Slots, k: usize) -> A::Number {
         A::put(a, p, k) + B::put(b, q, k)
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn join((p, q): &Self::Slots, k: usize) -> Self::Narrow {
         (A::join(p, k), B::join(q, k))
     }
@@ -256,37 +256,37 @@ impl<A: Shape, B: Shape<Number = A::Number>, C: Shape<Number = A::Number>> Shape
     type Slots = (A::Slots, (B::Slots, C::Slots));
     type Slices<'a> = (A::Slices<'a>, (B::Slices<'a>, C::Slices<'a>));
 
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn other_length(slices: Self::Slices<'_>, len: usize) -> Option<usize> {
         <(A, (B, C))>::other_length(slices, len)
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn at(slices: Self::Slices<'_>, i: usize) -> Self::Narrow {
         let (a, (b, c)) = <(A, (B, C))>::at(slices, i);
         (a, b, c)
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn fits() -> bool {
         <(A, (B, C))>::fits()
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn slots() -> Self::Slots {
         <(A, (B, C))>::slots()
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn split(&(a, b, c): &Self::Narrow, slots: &mut Self::Slots, k: usize) {
         <(A, (B, C))>::split(&(a, (b, c)), slots, k);
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn wide(slots: &Self::Slots, k: usize) -> Self::Wide {
         let (a, (b, c)) = <(A, (B, C))>::wide(slots, k);
         (a, b, c)
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn put((a, b, c): &Self::Wide, (p, (q, r)): &mut Self::Slots, k: usize) -> A::Number {
         A::put(a, p, k) + B::put(b, q, k) + C::put(c, r, k)
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn join(slots: &Self::Slots, k: usize) -> Self::Narrow {
         let (a, (b, c)) = <(A, (B, C))>::join(slots, k);
         (a, b, c)

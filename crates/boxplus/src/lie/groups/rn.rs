@@ -22,13 +22,13 @@ pub struct Rn<const N: usize, S = f64>(pub(in crate::lie) [S; N]);
 
 impl<const N: usize, S: Real> Rn<N, S> {
     /// The element with the given coordinates.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn new(x: SVector<S, N>) -> Self {
         Self(x.into())
     }
 
     /// The coordinates.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn vector(&self) -> SVector<S, N> {
         self.0.into()
     }
@@ -39,66 +39,66 @@ impl<const N: usize, S: Real> LieGroup<N> for Rn<N, S> {
     type Over<T: Real> = Rn<N, T>;
     type Algebra = SVector<S, N>;
 
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn identity() -> Self {
         Self::new(SVector::zeros())
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn compose(&self, rhs: &Self) -> Self {
         Self::new(self.vector() + rhs.vector())
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn inverse(&self) -> Self {
         Self::new(-self.vector())
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn exp(tau: &SVector<S, N>) -> Self {
         Self::new(*tau)
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn log(&self) -> SVector<S, N> {
         self.vector()
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn adjoint(&self) -> SMatrix<S, N, N> {
         SMatrix::identity()
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn small_adjoint(_: &SVector<S, N>) -> SMatrix<S, N, N> {
         SMatrix::zeros()
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn right_jacobian(_: &SVector<S, N>) -> SMatrix<S, N, N> {
         SMatrix::identity()
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn right_jacobian_inverse(_: &SVector<S, N>) -> SMatrix<S, N, N> {
         SMatrix::identity()
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn hat(tau: &SVector<S, N>) -> SVector<S, N> {
         *tau
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn vee(algebra: &SVector<S, N>) -> SVector<S, N> {
         *algebra
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn map<T: Real>(&self, f: impl Fn(S) -> T) -> Rn<N, T> {
         Rn::new(self.vector().map(f))
     }
 }
 
 impl<const N: usize, S: Real> Action<N, N> for Rn<N, S> {
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn act(&self, p: &SVector<S, N>) -> SVector<S, N> {
         self.vector() + p
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn linear_part(&self) -> SMatrix<S, N, N> {
         SMatrix::identity()
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn generators_at(_: &SVector<S, N>) -> SMatrix<S, N, N> {
         SMatrix::identity()
     }
@@ -106,7 +106,7 @@ impl<const N: usize, S: Real> Action<N, N> for Rn<N, S> {
 
 impl<const N: usize, S: Real> Mul for Rn<N, S> {
     type Output = Self;
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn mul(self, rhs: Self) -> Self {
         self.compose(&rhs)
     }
@@ -114,7 +114,7 @@ impl<const N: usize, S: Real> Mul for Rn<N, S> {
 
 impl<const N: usize, S: Real> Mul<SVector<S, N>> for Rn<N, S> {
     type Output = SVector<S, N>;
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn mul(self, p: SVector<S, N>) -> SVector<S, N> {
         self.act(&p)
     }

@@ -94,13 +94,13 @@ impl<S: Real> SO3<S> {
     }
 
     /// The unit quaternion as \[x, y, z, w\]; its sign is arbitrary.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn quaternion_xyzw(&self) -> [S; 4] {
         self.0
     }
 
     /// The 3×3 rotation matrix.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn to_matrix(&self) -> Matrix3<S> {
         let ([x, y, z, w], one) = (self.quaternion_xyzw(), S::one());
         let (x2, y2, z2) = (x + x, y + y, z + z);
@@ -121,7 +121,7 @@ impl<S: Real> SO3<S> {
     }
 
     /// The same rotation at unit norm to the last digit. Products already hold it within 2ε.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn normalize(&self) -> Self {
         let inverse_norm = S::one() / (self.v().norm_squared() + self.w() * self.w()).simd_sqrt();
         Self::from_unit(self.v() * inverse_norm, self.w() * inverse_norm)
@@ -164,7 +164,7 @@ impl<S: Real> SO3<S> {
     }
 
     /// Exp φ together with the Stumpff functions at |φ|²/4, from which those at |φ|² follow.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub(super) fn exp_half(phi: &Vector3<S>) -> (Self, Stumpff<S>) {
         let half = Stumpff::new(phi.norm_squared() * S::lit(0.25));
         (Self::from_unit(phi * (half.c1 * S::lit(0.5)), half.c0), half)
@@ -172,20 +172,20 @@ impl<S: Real> SO3<S> {
 }
 
 /// φ^, the matrix of φ × ·.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn skew<S: Real>(v: &Vector3<S>) -> Matrix3<S> {
     let o = S::zero();
     Matrix3::new(o, -v.z, v.y, v.z, o, -v.x, -v.y, v.x, o)
 }
 
 /// mᵀ, entry by entry: that of nalgebra stays a loop over memory, which no lane gets through.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn transposed<S: Real>(m: &Matrix3<S>) -> Matrix3<S> {
     Matrix3::new(m.m11, m.m21, m.m31, m.m12, m.m22, m.m32, m.m13, m.m23, m.m33)
 }
 
 /// I + a·φ^ + b·φ^², with (φ^²)₁₁ = −(φ₂² + φ₃²) free of cancellation.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn polynomial<S: Real>(phi: &Vector3<S>, a: S, b: S) -> Matrix3<S> {
     let (one, s, u) = (S::one(), phi * a, phi * b);
     let (xx, yy, zz) = (phi.x * u.x, phi.y * u.y, phi.z * u.z);
@@ -298,11 +298,11 @@ impl<S: Real> LieGroup<3> for SO3<S> {
     type Over<T: Real> = SO3<T>;
     type Algebra = Matrix3<S>;
 
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn identity() -> Self {
         Self::from_unit(Vector3::zeros(), S::one())
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn compose(&self, rhs: &Self) -> Self {
         let v = self.v().cross(&rhs.v()) + rhs.v() * self.w() + self.v() * rhs.w();
         let w = self.w() * rhs.w() - self.v().dot(&rhs.v());
@@ -310,38 +310,38 @@ impl<S: Real> LieGroup<3> for SO3<S> {
         let scale = S::lit(1.5) - S::lit(0.5) * (v.norm_squared() + w * w);
         Self::from_unit(v * scale, w * scale)
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn inverse(&self) -> Self {
         Self::from_unit(-self.v(), self.w())
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn exp(phi: &Vector3<S>) -> Self {
         Self::exp_half(phi).0
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn log(&self) -> Vector3<S> {
         let sign = S::choose(self.w().simd_lt(S::zero()), || -S::one(), || S::one());
         let half = S::angle_over_sine(self.v().norm_squared(), self.w() * sign);
         self.v() * (sign * half * S::lit(2.0))
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn adjoint(&self) -> Matrix3<S> {
         self.to_matrix()
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn adjoint_times(&self, phi: &Vector3<S>) -> Vector3<S> {
         self.act(phi)
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn small_adjoint(phi: &Vector3<S>) -> Matrix3<S> {
         skew(phi)
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn right_jacobian(phi: &Vector3<S>) -> Matrix3<S> {
         let c = Stumpff::new(phi.norm_squared());
         polynomial(phi, -c.c2, c.c3)
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn right_jacobian_inverse(phi: &Vector3<S>) -> Matrix3<S> {
         polynomial(phi, S::lit(0.5), Stumpff::new(phi.norm_squared()).d())
     }
@@ -349,7 +349,7 @@ impl<S: Real> LieGroup<3> for SO3<S> {
     fn right_jacobian_derivative(phi: &Vector3<S>, delta: &Vector3<S>) -> Matrix3<S> {
         super::second::so3(phi, delta)
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn log_jacs(&self) -> (Vector3<S>, Matrix3<S>, Matrix3<S>) {
         let phi = self.log();
         let right = Self::right_jacobian_inverse(&phi);
@@ -361,24 +361,24 @@ impl<S: Real> LieGroup<3> for SO3<S> {
     fn vee(algebra: &Matrix3<S>) -> Vector3<S> {
         Vector3::new(algebra.m32, algebra.m13, algebra.m21)
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn map<T: Real>(&self, f: impl Fn(S) -> T) -> SO3<T> {
         SO3(self.0.map(f))
     }
 }
 
 impl<S: Real> Action<3, 3> for SO3<S> {
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn act(&self, p: &Vector3<S>) -> Vector3<S> {
         let t = self.v().cross(p);
         let t = t + t;
         p + t * self.w() + self.v().cross(&t)
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn linear_part(&self) -> Matrix3<S> {
         self.to_matrix()
     }
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn generators_at(p: &Vector3<S>) -> Matrix3<S> {
         -skew(p)
     }
@@ -386,7 +386,7 @@ impl<S: Real> Action<3, 3> for SO3<S> {
 
 impl<S: Real> Mul for SO3<S> {
     type Output = Self;
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn mul(self, rhs: Self) -> Self {
         self.compose(&rhs)
     }
@@ -394,7 +394,7 @@ impl<S: Real> Mul for SO3<S> {
 
 impl<S: Real> Mul<Vector3<S>> for SO3<S> {
     type Output = Vector3<S>;
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn mul(self, p: Vector3<S>) -> Vector3<S> {
         self.act(&p)
     }
