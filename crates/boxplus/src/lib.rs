@@ -10,7 +10,8 @@
 //! | [`filter`] | filters: one belief carried through motions and measurements, and whether it can be believed | always, `no_std` (`rand`: Monte Carlo) |
 //! | `graph` | factor graphs: the estimate that fits all measurements best, and how sure it is | `solve` (`parallel`: on all cores) |
 //! | `pose_graph` | pose graphs as data: statistics, faults, simulators, and their optimum | `io` (and `solve`) |
-//! | `io` | g2o, TORO and iSAM files | `io` |
+//! | `recording` | recorded sensors, filters that go through them, and how right they were | `std` |
+//! | `io` | files: g2o, TORO, iSAM; TUM, EuRoC, KITTI, MRCLAM | `io` |
 #![cfg_attr(not(feature = "std"), no_std)]
 
 pub use nalgebra;
@@ -25,6 +26,8 @@ pub mod lie;
 mod partition;
 #[cfg(feature = "io")]
 pub mod pose_graph;
+#[cfg(feature = "std")]
+pub mod recording;
 pub mod trajectory;
 pub mod uncertainty;
 

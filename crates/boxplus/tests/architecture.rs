@@ -5,7 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules in reading order.
-const ORDER: [&str; 7] = ["lie", "uncertainty", "trajectory", "filter", "graph", "pose_graph", "io"];
+const ORDER: [&str; 8] =
+    ["lie", "uncertainty", "trajectory", "filter", "graph", "pose_graph", "recording", "io"];
 
 fn sources(folder: &Path) -> Vec<PathBuf> {
     let mut found = vec![];

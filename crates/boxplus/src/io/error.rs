@@ -106,6 +106,38 @@ pub enum IoErrorKind {
     /// A quaternion without direction.
     #[error("the quaternion is zero")]
     ZeroQuaternion,
+    /// A time that is none.
+    #[error("`{found}` is not a time")]
+    NotATime {
+        /// The field.
+        found: Box<str>,
+    },
+    /// A clock that was set back, or two recordings in one file.
+    #[error("time runs back by {}.{:03} s", .milliseconds / 1000, .milliseconds % 1000)]
+    TimeRunsBack {
+        /// By how much.
+        milliseconds: i64,
+    },
+    /// A log without a sample.
+    #[error("no row of {format} in this file ({incomplete} rows with NaN, infinite or absent numbers)")]
+    NoSamples {
+        /// What was looked for.
+        format: &'static str,
+        /// Rows that were left out.
+        incomplete: u32,
+    },
+    /// A log whose header does not name a column.
+    #[error("no column is called {name}")]
+    MissingColumn {
+        /// The column.
+        name: &'static str,
+    },
+    /// A packed file that grows beyond all measure.
+    #[error("the gzip file unpacks to more than {limit} bytes")]
+    TooLarge {
+        /// What is read at most.
+        limit: u64,
+    },
     /// A vertex or sensor offset that was already given.
     #[error("{id} was already given in line {first}")]
     DuplicateId {
@@ -118,12 +150,13 @@ pub enum IoErrorKind {
 
 impl IoErrorKind {
     fn is_about_one_field(&self) -> bool {
-        use IoErrorKind::{HugeId, MissingField, NegativeId, NotANumber, NotAnId, NotFinite};
+        use IoErrorKind::{HugeId, MissingField, NegativeId, NotANumber, NotATime, NotAnId, NotFinite};
         matches!(
             self,
             MissingField
                 | NotANumber { .. }
                 | NotFinite { .. }
+                | NotATime { .. }
                 | NotAnId { .. }
                 | NegativeId { .. }
                 | HugeId { .. }
@@ -173,10 +206,23 @@ impl IoError {
             IoErrorKind::NegativeId { .. } | IoErrorKind::HugeId { .. } | IoErrorKind::NotAnId { .. } => {
                 "ids are whole numbers from 0 to 18446744073709551615".into()
             }
+            IoErrorKind::NotATime { .. } => "a time is a decimal number of seconds, or whole nanoseconds in EuRoC's files".into(),
+            IoErrorKind::TimeRunsBack { .. } => {
+                "was the clock set back, or are these two recordings? Cut the file there; less than a second would be sorted"
+                    .into()
+            }
+            IoErrorKind::NoSamples { .. } => "is it the right file? Compare its first lines with the format's".into(),
+            IoErrorKind::MissingColumn { .. } => self.columns_help(),
+            IoErrorKind::TooLarge { .. } => "unpack it with `gzip -d` if it is meant to be so large".into(),
             IoErrorKind::MissingField
             | IoErrorKind::TooManyFields { .. }
             | IoErrorKind::NotANumber { .. } => self.layout_help(),
         }
+    }
+
+    fn columns_help(&self) -> String {
+        let fields = self.place.as_ref().and_then(|place| place.layout).unwrap_or_default();
+        format!("a line before the numbers must name the columns, among them, in any order: {fields}")
     }
 
     fn layout_help(&self) -> String {

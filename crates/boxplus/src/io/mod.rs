@@ -1,4 +1,6 @@
-//! Files of pose graphs: text in, text out, never a path.
+//! Files: text in, text out, never a path.
+//!
+//! # Pose graphs
 //!
 //! | format | vertices | measurements |
 //! |---|---|---|
@@ -19,15 +21,30 @@
 //! assert_eq!(error.to_string(), "typo.g2o:1:16: `O` is not a number; expected y in field 3 of VERTEX_SE2");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! # Logs
+//!
+//! | reader | file | a row |
+//! |---|---|---|
+//! | [`read_tum`] | TUM trajectory | time, position, quaternion (x, y, z, w) |
+//! | [`read_euroc_imu`] | EuRoC/ASL `imu0/data.csv` | nanoseconds, rate, specific force |
+//! | [`read_euroc_states`] | EuRoC/ASL `state_groundtruth_estimate0/data.csv` | nanoseconds, position, quaternion (w, x, y, z), velocity, biases |
+//! | [`read_kitti_imu`], [`read_positions`] | KITTI, as GTSAM's examples have it | time, specific force, rate; time, position |
+//! | [`read_mrclam_odometry`] and its four sisters | UTIAS MRCLAM `.dat` | time, speed, turn rate; and so on |
+//! | [`read_log`] | any rows of numbers, by a [`Layout`] | a time and numbers |
+//!
+//! Samples come out in order of time, see [`Log`](crate::recording::Log); what was odd is told, not hidden.
 
 mod elements;
 mod error;
 mod g2o;
 mod isam;
+mod logs;
 mod scan;
 mod toro;
 
 pub use error::{IoError, IoErrorKind, Place, WriteError};
+pub use logs::*;
 
 use crate::pose_graph::{Fault, Line, PoseGraph};
 use core::{fmt, str::FromStr};
@@ -148,17 +165,25 @@ pub fn write(graph: &PoseGraph, format: Format) -> Result<String, WriteError> {
     Ok(printer.into_text())
 }
 
+/// Numbers shrink to a quarter, and a file of one number repeated to a hundredth; gzip itself could do a thousandth.
+const UNPACKED_FACTOR: u64 = 256;
+const UNPACKED_AT_LEAST: u64 = 1 << 24;
+
 /// The text of a file: `bytes` as they are, or decompressed if they start like gzip. The spans of an [`IoError`] count in
 /// this text.
 ///
 /// # Errors
-/// [`IoErrorKind::GzipTruncated`] or [`IoErrorKind::GzipCorrupt`].
+/// [`IoErrorKind::GzipTruncated`], [`IoErrorKind::GzipCorrupt`], or [`IoErrorKind::TooLarge`] for a file that is packed as no data are.
 pub fn decompress<'a>(bytes: &'a [u8], name: &str) -> Result<Cow<'a, [u8]>, IoError> {
     if !bytes.starts_with(b"\x1f\x8b") {
         return Ok(Cow::Borrowed(bytes));
     }
     let mut text = Vec::new();
-    match MultiGzDecoder::new(bytes).read_to_end(&mut text) {
+    let limit = UNPACKED_AT_LEAST + UNPACKED_FACTOR * bytes.len() as u64;
+    match MultiGzDecoder::new(bytes).take(limit + 1).read_to_end(&mut text) {
+        Ok(length) if length as u64 > limit => {
+            Err(IoError { name: name.into(), place: None, kind: IoErrorKind::TooLarge { limit } })
+        }
         Ok(_) => Ok(Cow::Owned(text)),
         Err(error) => {
             let early = error.kind() == ErrorKind::UnexpectedEof;

@@ -224,6 +224,6 @@ impl<'a> Fields<'a> {
 }
 
 /// At most 40 characters of a field, for a message.
-fn shorten(bytes: &[u8]) -> String {
+pub(super) fn shorten(bytes: &[u8]) -> String {
     String::from_utf8_lossy(&bytes[..bytes.len().min(160)]).chars().take(40).collect()
 }
