@@ -22,9 +22,10 @@
 mod operation;
 mod shape;
 
-use super::{Jacobian, LieGroup, Real, Tangent};
+use super::{Action, Jacobian, LieGroup, Real, Tangent};
+use nalgebra::SVector;
 use operation::{
-    Between, Compose, Exp, ExpJac, Inverse, Log, LogJac, Operation, Rminus, RminusJac, Rplus, RplusJac,
+    Act, Between, Compose, Exp, ExpJac, Inverse, Log, LogJac, Operation, Rminus, RminusJac, Rplus, RplusJac,
 };
 #[cfg(feature = "parallel")]
 use rayon::prelude::*;
@@ -61,6 +62,7 @@ pub enum Batch {
 
 type Wide<G, const D: usize> = <G as LieGroup<D>>::Over<<<G as LieGroup<D>>::Scalar as Number>::Lanes>;
 type Vector<G, const D: usize> = Flat<<G as LieGroup<D>>::Scalar, D, 1>;
+type Point<G, const D: usize, const N: usize> = Flat<<G as LieGroup<D>>::Scalar, N, 1>;
 type Matrix<G, const D: usize> = Flat<<G as LieGroup<D>>::Scalar, D, D>;
 /// The result of an operation in two arguments with its Jacobians.
 type Jacobians<V, S, const D: usize> = (V, Jacobian<S, D>, Jacobian<S, D>);
@@ -124,6 +126,18 @@ impl Batch {
         out: &mut [G],
     ) -> Result<(), LengthMismatch> {
         self.run::<Between<D>, (Element<G, D>, Element<G, D>), Element<G, D>, G, Wide<G, D>>((x, y), out)
+    }
+    /// [`Action::act`].
+    pub fn act<G: BatchGroup<D> + Action<D, N>, const D: usize, const N: usize>(
+        self,
+        x: &[G],
+        p: &[SVector<G::Scalar, N>],
+        out: &mut [SVector<G::Scalar, N>],
+    ) -> Result<(), LengthMismatch>
+    where
+        Wide<G, D>: Action<D, N>,
+    {
+        self.run::<Act<D, N>, (Element<G, D>, Point<G, D, N>), Point<G, D, N>, G, Wide<G, D>>((x, p), out)
     }
     /// [`LieGroup::rplus`].
     pub fn rplus<G: BatchGroup<D>, const D: usize>(
@@ -223,21 +237,22 @@ where
         let vectorised = I::fits() && R::fits();
         for (block, out) in self.out.chunks_mut(BLOCK).enumerate() {
             let start = self.start + block * BLOCK;
-            let mut rare = [true; BLOCK];
+            let mut sums = [I::Number::lit(f64::NAN); BLOCK];
             if vectorised && out.len() >= WORTHWHILE {
                 for k in 0..out.len() {
                     I::split(&I::at(self.input, start + k), &mut inputs, k);
                 }
-                for (k, rare) in rare.iter_mut().enumerate() {
-                    let nothing = R::put(&<O as Operation<W>>::apply(I::wide(&inputs, k)), &mut results, k);
-                    *rare = nothing != I::Number::lit(0.0);
+                for (k, sum) in sums.iter_mut().enumerate() {
+                    *sum = R::put(&<O as Operation<W>>::apply(I::wide(&inputs, k)), &mut results, k);
                 }
                 for (k, out) in out.iter_mut().enumerate() {
                     *out = R::join(&results, k);
                 }
             }
-            for (k, (out, _)) in out.iter_mut().zip(rare).enumerate().filter(|(_, (_, rare))| *rare) {
-                *out = <O as Operation<G>>::apply(I::at(self.input, start + k));
+            for (k, (out, sum)) in out.iter_mut().zip(sums).enumerate() {
+                if sum.value().is_nan() {
+                    *out = <O as Operation<G>>::apply(I::at(self.input, start + k));
+                }
             }
         }
     }

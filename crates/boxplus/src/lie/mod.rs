@@ -63,6 +63,7 @@ pub mod second_order;
 pub mod serialize;
 pub mod sphere;
 mod stumpff;
+mod unrolled;
 
 pub use action::{Action, PointJac};
 #[cfg(feature = "batch")]
@@ -88,6 +89,7 @@ pub use stumpff::Stumpff;
 
 use core::fmt::Debug;
 use nalgebra::{SMatrix, SVector};
+use unrolled::{negated, unit};
 
 /// A tangent vector τ ∈ ℝᴰ, (ρ, θ).
 pub type Tangent<S, const D: usize> = SVector<S, D>;
@@ -235,18 +237,18 @@ pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'st
     /// X⁻¹: `(value, −Ad_X)`. Solà et al. (2018) (62).
     #[inline]
     fn inverse_jac(&self) -> (Self, Jacobian<Self::Scalar, D>) {
-        (self.inverse(), -self.adjoint())
+        (self.inverse(), negated(self.adjoint()))
     }
     /// X·Y: `(value, Ad_{Y⁻¹}, I)`. Solà et al. (2018) (63), (64).
     #[inline]
     fn compose_jac(&self, rhs: &Self) -> (Self, Jacobian<Self::Scalar, D>, Jacobian<Self::Scalar, D>) {
-        (self.compose(rhs), rhs.inverse().adjoint(), SMatrix::identity())
+        (self.compose(rhs), rhs.inverse().adjoint(), unit())
     }
     /// X⁻¹Y: `(value, −Ad_{Y⁻¹X}, I)`.
     #[inline]
     fn between_jac(&self, other: &Self) -> (Self, Jacobian<Self::Scalar, D>, Jacobian<Self::Scalar, D>) {
         let value = self.between(other);
-        (value, -value.inverse().adjoint(), SMatrix::identity())
+        (value, negated(value.inverse().adjoint()), unit())
     }
     /// Exp τ: `(value, J_r(τ))`.
     #[cfg_attr(not(debug_assertions), inline(always))]
@@ -281,7 +283,7 @@ pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'st
         base: &Self,
     ) -> (Tangent<Self::Scalar, D>, Jacobian<Self::Scalar, D>, Jacobian<Self::Scalar, D>) {
         let (tau, right, left) = base.between(self).log_jacs();
-        (tau, right, left.map(|x| -x))
+        (tau, right, negated(left))
     }
     /// Exp(τ)·X: `(value, I, Ad_{X⁻¹}·J_r(τ))`, in the order (X, τ).
     #[inline]
@@ -290,7 +292,7 @@ pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'st
         tau: &Tangent<Self::Scalar, D>,
     ) -> (Self, Jacobian<Self::Scalar, D>, Jacobian<Self::Scalar, D>) {
         let (step, d_tau) = Self::exp_jac(tau);
-        (step.compose(self), SMatrix::identity(), self.inverse().adjoint() * d_tau)
+        (step.compose(self), unit(), self.inverse().adjoint() * d_tau)
     }
     /// τ = Log(YX⁻¹) with Y = `self`, X = `base`: `(τ, J_r⁻¹(τ)·Ad_X, −J_r⁻¹(τ)·Ad_X)`.
     #[inline]
@@ -300,7 +302,7 @@ pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'st
     ) -> (Tangent<Self::Scalar, D>, Jacobian<Self::Scalar, D>, Jacobian<Self::Scalar, D>) {
         let (tau, right) = self.compose(&base.inverse()).log_jac();
         let d_self = right * base.adjoint();
-        (tau, d_self, -d_self)
+        (tau, d_self, negated(d_self))
     }
     /// X^α: `(value, α·J_r(ατ)·J_r⁻¹(τ), τ)` with τ = Log X, in the order (X, α).
     #[inline]

@@ -1,6 +1,7 @@
 //! The operations of a batch, each once for single numbers and lanes.
 
-use crate::lie::{Jacobian, LieGroup, Tangent};
+use crate::lie::{Action, Jacobian, LieGroup, Tangent};
+use nalgebra::SVector;
 
 /// A function of elements of `G`.
 pub(crate) trait Operation<G> {
@@ -41,4 +42,15 @@ operations! {
     RplusJac: |(x, tau), (G, Step<G, D>)| Pair<G, D> = x.rplus_jac(&tau);
     Rminus: |(y, x), (G, G)| Step<G, D> = y.rminus(&x);
     RminusJac: |(y, x), (G, G)| (Step<G, D>, Square<G, D>, Square<G, D>) = y.rminus_jac(&x);
+}
+
+/// The action on points: the one operation that not every group has.
+pub(crate) struct Act<const D: usize, const N: usize>;
+impl<G: Action<D, N>, const D: usize, const N: usize> Operation<G> for Act<D, N> {
+    type In = (G, SVector<G::Scalar, N>);
+    type Out = SVector<G::Scalar, N>;
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn apply((x, p): Self::In) -> Self::Out {
+        x.act(&p)
+    }
 }

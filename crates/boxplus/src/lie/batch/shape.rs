@@ -1,10 +1,11 @@
 //! How what a batch reads and writes is laid out number by number, and back.
 
 use crate::lie::lanes::Lanes;
+use crate::lie::unrolled::each;
 use crate::lie::{LieGroup, Real};
 use core::cell::Cell;
 use core::marker::PhantomData;
-use nalgebra::SMatrix;
+use nalgebra::{ArrayStorage, SMatrix};
 
 /// Elements per block: the numbers of the largest results then stay in the first cache.
 pub(crate) const BLOCK: usize = 32;
@@ -61,7 +62,7 @@ pub(crate) trait Shape {
     fn slots() -> Self::Slots;
     fn split(x: &Self::Narrow, slots: &mut Self::Slots, k: usize);
     fn wide(slots: &Self::Slots, k: usize) -> Self::Wide;
-    /// Stores `x` and returns 0, or NaN where one of its numbers is not finite.
+    /// Stores `x` and returns the sum of its numbers, which is NaN where one of them is.
     fn put(x: &Self::Wide, slots: &mut Self::Slots, k: usize) -> Self::Number;
     fn join(slots: &Self::Slots, k: usize) -> Self::Narrow;
 }
@@ -94,31 +95,42 @@ impl<T: Number, const R: usize, const C: usize> Shape for Flat<T, R, C> {
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn split(x: &Self::Narrow, slots: &mut Self::Slots, k: usize) {
-        for c in 0..C {
-            for r in 0..R {
-                slots[c][r][k] = x[(r, c)];
-            }
-        }
+        each!(c < C, {
+            let (column, slots) = (x.data.0[c], &mut slots[c]);
+            each!(r < R, slots[r][k] = column[r]);
+        });
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn wide(slots: &Self::Slots, k: usize) -> Self::Wide {
-        SMatrix::from_fn(|r, c| slots[c][r][k].lanes())
+        let mut columns = [[T::lit(0.0).lanes(); R]; C];
+        each!(c < C, {
+            let (column, slots) = (&mut columns[c], &slots[c]);
+            each!(r < R, column[r] = slots[r][k].lanes());
+        });
+        SMatrix::from_array_storage(ArrayStorage(columns))
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn put(x: &Self::Wide, slots: &mut Self::Slots, k: usize) -> T {
-        let mut nothing = T::lit(0.0);
-        for c in 0..C {
-            for r in 0..R {
-                let number = T::of(x[(r, c)]);
-                slots[c][r][k] = number;
-                nothing += number * T::lit(0.0);
-            }
-        }
-        nothing
+        let mut total = T::lit(0.0);
+        each!(c < C, {
+            let (column, slots, mut sum) = (x.data.0[c], &mut slots[c], T::lit(0.0));
+            each!(r < R, {
+                let number = T::of(column[r]);
+                slots[r][k] = number;
+                sum += number;
+            });
+            total += sum;
+        });
+        total
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn join(slots: &Self::Slots, k: usize) -> Self::Narrow {
-        SMatrix::from_fn(|r, c| slots[c][r][k])
+        let mut columns = [[T::lit(0.0); R]; C];
+        each!(c < C, {
+            let (column, slots) = (&mut columns[c], &slots[c]);
+            each!(r < R, column[r] = slots[r][k]);
+        });
+        SMatrix::from_array_storage(ArrayStorage(columns))
     }
 }
 
@@ -188,14 +200,14 @@ impl<G: BatchGroup<D>, const D: usize> Shape for Element<G, D> {
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn put(x: &Self::Wide, slots: &mut Self::Slots, k: usize) -> G::Scalar {
         let next = Cell::new(0);
-        let nothing = Cell::new(G::Scalar::lit(0.0));
+        let sum = Cell::new(G::Scalar::lit(0.0));
         x.map(|lanes| {
             let (n, number) = (next.replace(next.get() + 1), G::Scalar::of(lanes));
             slots[n / D][n % D][k].set(number);
-            nothing.set(nothing.get() + number * G::Scalar::lit(0.0));
+            sum.set(sum.get() + number);
             lanes
         });
-        nothing.get()
+        sum.get()
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn join(slots: &Self::Slots, k: usize) -> G {

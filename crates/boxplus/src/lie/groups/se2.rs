@@ -169,7 +169,8 @@ impl<S: Real> LieGroup<3> for SE2<S> {
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn map<T: Real>(&self, f: impl Fn(S) -> T) -> SE2<T> {
-        SE2::from_parts(self.translation().map(&f), self.rotation().map(&f))
+        let [x, y, cos, sin] = self.0;
+        SE2([f(x), f(y), f(cos), f(sin)])
     }
 }
 

@@ -28,6 +28,7 @@
 
 use super::se3::{right_coupling, right_coupling_inverse, turn, unturn};
 use super::so3::{check_affine, polynomial, skew};
+use crate::lie::unrolled::{blocks, cross, transposed};
 use crate::lie::{Action, LieError, LieGroup, Real, SE3, SO3, Stumpff};
 use core::ops::Mul;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
@@ -122,21 +123,17 @@ pub(super) fn split<S: Real, const D: usize, const K: usize>(tau: &SVector<S, D>
 /// The 9×9 matrix \[a b 0; 0 a 0; 0 c a\].
 #[cfg_attr(not(debug_assertions), inline(always))]
 fn block<S: Real>(a: &Matrix3<S>, b: &Matrix3<S>, c: &Matrix3<S>) -> SMatrix<S, 9, 9> {
-    let mut m = SMatrix::<S, 9, 9>::zeros();
-    for i in [0, 3, 6] {
-        m.fixed_view_mut::<3, 3>(i, i).copy_from(a);
-    }
-    m.fixed_view_mut::<3, 3>(0, 3).copy_from(b);
-    m.fixed_view_mut::<3, 3>(6, 3).copy_from(c);
-    m
+    let o = &Matrix3::zeros();
+    blocks([[a, b, o], [o, a, o], [o, c, a]])
 }
 
 /// (J_r⁻¹, J_l⁻¹) of (ρ, φ, ν), given d and e at |φ|².
 #[cfg_attr(not(debug_assertions), inline(always))]
 fn inverses<S: Real>([rho, phi, nu]: &[Vector3<S>; 3], d: S, e: S) -> (SMatrix<S, 9, 9>, SMatrix<S, 9, 9>) {
     let j = polynomial(phi, S::lit(0.5), d);
-    let [q, r] = [rho, nu].map(|v| right_coupling_inverse(v, phi, d, e));
-    (block(&j, &q, &r), block(&j.transpose(), &q.transpose(), &r.transpose()))
+    let coupling = |v| right_coupling_inverse(v, phi, d, e);
+    let (q, r) = (coupling(rho), coupling(nu));
+    (block(&j, &q, &r), block(&transposed(&j), &transposed(&q), &transposed(&r)))
 }
 
 #[cfg_attr(not(debug_assertions), inline(always))]
@@ -192,7 +189,7 @@ impl<S: Real> LieGroup<9> for SE23<S> {
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn adjoint(&self) -> SMatrix<S, 9, 9> {
         let r = self.rotation().to_matrix();
-        block(&r, &(skew(&self.position()) * r), &(skew(&self.velocity()) * r))
+        block(&r, &cross(&self.position(), &r), &cross(&self.velocity(), &r))
     }
     /// (R·ρ + p × R·φ, R·φ, R·ν + v × R·φ).
     #[inline]
@@ -209,8 +206,8 @@ impl<S: Real> LieGroup<9> for SE23<S> {
     fn right_jacobian(tau: &SVector<S, 9>) -> SMatrix<S, 9, 9> {
         let [rho, phi, nu] = split(tau);
         let c = Stumpff::new(phi.norm_squared());
-        let [q, r] = [rho, nu].map(|v| right_coupling(&v, &phi, &c));
-        block(&polynomial(&phi, -c.c2, c.c3), &q, &r)
+        let coupling = |v| right_coupling(v, &phi, &c);
+        block(&polynomial(&phi, -c.c2, c.c3), &coupling(&rho), &coupling(&nu))
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn right_jacobian_inverse(tau: &SVector<S, 9>) -> SMatrix<S, 9, 9> {
@@ -249,7 +246,8 @@ impl<S: Real> LieGroup<9> for SE23<S> {
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn map<T: Real>(&self, f: impl Fn(S) -> T) -> SE23<T> {
-        SE23::from_pose(self.pose().map(&f), self.velocity().map(&f))
+        let [x, y, z, i, j, k, w, u, v, s] = self.0;
+        SE23([f(x), f(y), f(z), f(i), f(j), f(k), f(w), f(u), f(v), f(s)])
     }
 }
 

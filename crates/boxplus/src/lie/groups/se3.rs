@@ -23,7 +23,8 @@
 //! assert!((world_from_camera.translation() - Vector3::new(1.0, 2.1, 3.0)).norm() < 1e-15);
 //! ```
 
-use super::so3::{check_affine, polynomial, skew, transposed};
+use super::so3::{check_affine, polynomial, skew};
+use crate::lie::unrolled::{blocks, cross, transposed};
 use crate::lie::{Action, LieError, LieGroup, Real, SO3, Stumpff};
 use core::ops::Mul;
 use nalgebra::{Matrix3, Matrix4, Matrix6, SMatrix, Vector3, Vector6};
@@ -93,12 +94,7 @@ fn join<S: Real>(rho: &Vector3<S>, phi: &Vector3<S>) -> Vector6<S> {
 /// The 6×6 matrix \[a b; 0 a\].
 #[cfg_attr(not(debug_assertions), inline(always))]
 fn block<S: Real>(a: &Matrix3<S>, b: &Matrix3<S>) -> Matrix6<S> {
-    // Column by column: views of a matrix of zeros stay loops over memory, which no lane gets through.
-    let (o, at) = (S::zero(), |m: &Matrix3<S>, c: usize| [m[(0, c)], m[(1, c)], m[(2, c)]]);
-    let left = |c| [at(a, c), [o; 3]];
-    let right = |c| [at(b, c), at(a, c)];
-    let columns = [left(0), left(1), left(2), right(0), right(1), right(2)];
-    Matrix6::from_fn(|r, c| columns[c][r / 3][r % 3])
+    blocks([[a, b], [&Matrix3::zeros(), a]])
 }
 
 /// s^ + a·(φ^ρ^ + ρ^φ^) + b·φ^², the form of Q and Q̃, with u^v^ = v·uᵀ − (u·v)·I.
@@ -191,7 +187,7 @@ impl<S: Real> LieGroup<6> for SE3<S> {
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn adjoint(&self) -> Matrix6<S> {
         let r = self.rotation().to_matrix();
-        block(&r, &(skew(&self.translation()) * r))
+        block(&r, &cross(&self.translation(), &r))
     }
     /// (R·ρ + t × R·φ, R·φ).
     #[inline]
@@ -245,7 +241,8 @@ impl<S: Real> LieGroup<6> for SE3<S> {
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn map<T: Real>(&self, f: impl Fn(S) -> T) -> SE3<T> {
-        SE3::new(self.rotation().map(&f), self.translation().map(&f))
+        let [x, y, z, i, j, k, w] = self.0;
+        SE3([f(x), f(y), f(z), f(i), f(j), f(k), f(w)])
     }
 }
 

@@ -27,7 +27,7 @@ impl<S: Real> SO2<S> {
     /// The rotation by `angle` radians, counter-clockwise.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn from_angle(angle: S) -> Self {
-        let (sin, cos) = angle.simd_sin_cos();
+        let (sin, cos) = angle.sin_cos();
         Self::from_unit(cos, sin)
     }
 
@@ -109,7 +109,7 @@ impl<S: Real> SO2<S> {
     }
 
     /// The rotation with this cosine and sine, of unit norm together.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub(in crate::lie) fn from_unit(cos: S, sin: S) -> Self {
         Self([cos, sin])
     }
@@ -174,7 +174,8 @@ impl<S: Real> LieGroup<1> for SO2<S> {
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn map<T: Real>(&self, f: impl Fn(S) -> T) -> SO2<T> {
-        SO2(self.0.map(f))
+        let [cos, sin] = self.0;
+        SO2([f(cos), f(sin)])
     }
 }
 

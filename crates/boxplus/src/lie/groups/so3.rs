@@ -20,6 +20,7 @@
 //! assert!((p_world - Vector3::new(0.0, 1.0, 0.0)).norm() < 1e-15);
 //! ```
 
+use crate::lie::unrolled::transposed;
 use crate::lie::{Action, LieError, LieGroup, Real, Stumpff};
 use core::ops::Mul;
 use nalgebra::{Matrix3, Matrix4, SMatrix, Vector3};
@@ -147,18 +148,18 @@ impl<S: Real> SO3<S> {
     }
 
     /// The rotation of v·(i, j, k) + w, which is of unit norm.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub(in crate::lie) fn from_unit(v: Vector3<S>, w: S) -> Self {
         Self([v.x, v.y, v.z, w])
     }
 
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn v(&self) -> Vector3<S> {
         let [x, y, z, _] = self.0;
         Vector3::new(x, y, z)
     }
 
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn w(&self) -> S {
         self.0[3]
     }
@@ -176,12 +177,6 @@ impl<S: Real> SO3<S> {
 pub(super) fn skew<S: Real>(v: &Vector3<S>) -> Matrix3<S> {
     let o = S::zero();
     Matrix3::new(o, -v.z, v.y, v.z, o, -v.x, -v.y, v.x, o)
-}
-
-/// mᵀ, entry by entry: that of nalgebra stays a loop over memory, which no lane gets through.
-#[cfg_attr(not(debug_assertions), inline(always))]
-pub(super) fn transposed<S: Real>(m: &Matrix3<S>) -> Matrix3<S> {
-    Matrix3::new(m.m11, m.m21, m.m31, m.m12, m.m22, m.m32, m.m13, m.m23, m.m33)
 }
 
 /// I + a·φ^ + b·φ^², with (φ^²)₁₁ = −(φ₂² + φ₃²) free of cancellation.
@@ -363,7 +358,8 @@ impl<S: Real> LieGroup<3> for SO3<S> {
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn map<T: Real>(&self, f: impl Fn(S) -> T) -> SO3<T> {
-        SO3(self.0.map(f))
+        let [x, y, z, w] = self.0; // not `map`, which may stay a call
+        SO3([f(x), f(y), f(z), f(w)])
     }
 }
 
