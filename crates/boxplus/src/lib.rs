@@ -26,6 +26,8 @@ pub mod lie;
 mod partition;
 #[cfg(feature = "io")]
 pub mod pose_graph;
+#[cfg(all(test, feature = "solve", feature = "io"))]
+mod public_graphs;
 #[cfg(feature = "std")]
 pub mod recording;
 pub mod trajectory;

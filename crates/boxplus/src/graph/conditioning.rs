@@ -135,13 +135,14 @@ fn weak(structure: &Structure, normal: &Normal, values: &Values) -> Result<(f64,
         let v: Vec<f64> = columns.iter().map(|column| column[row]).collect();
         (0..v.len()).map(|i| (0..v.len()).map(|j| v[i] * inverse[(i, j)] * v[j]).sum::<f64>()).sum::<f64>()
     };
+    let starts = &structure.pattern.starts;
     let mut order: Vec<(f64, usize)> = (0..structure.variables.len())
-        .map(|k| (structure.starts[k]..structure.starts[k + 1]).map(variance).fold(0.0, f64::max))
+        .map(|k| (starts[k]..starts[k + 1]).map(variance).fold(0.0, f64::max))
         .zip(0..)
         .collect();
     order.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     let weak = order.iter().take(Conditioning::SHOWN).map(|&(_, k)| {
-        let (id, rows) = (structure.variables[k], structure.starts[k]..structure.starts[k + 1]);
+        let (id, rows) = (structure.variables[k], starts[k]..starts[k + 1]);
         let mut sigma = |row: usize| {
             let mut unit = vec![0.0; size];
             unit[row] = 1.0;

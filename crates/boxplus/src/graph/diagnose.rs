@@ -104,11 +104,11 @@ pub(crate) fn softest(
 ) -> Result<Option<(Vec<f64>, Cholesky)>, GraphError> {
     let size = structure.size();
     let sought = SOUGHT.min(size);
-    let mut cholesky = Cholesky::new(&structure.pattern, sought)?;
+    let mut cholesky = Cholesky::new(&structure.pattern)?;
     let factorised = SHIFTS.iter().any(|shift| {
         let mut shifted = scaled.to_vec();
         structure.diagonal.iter().for_each(|&at| shifted[at] += shift);
-        cholesky.factorise(&structure.pattern, &shifted).is_ok()
+        cholesky.factorise(&shifted).is_ok()
     });
     if !factorised {
         return Ok(None);
@@ -130,10 +130,10 @@ pub(crate) fn scale(structure: &Structure, normal: &Normal) -> (Vec<f64>, Vec<f6
         .map(|&at| if normal.matrix[at] > 0.0 { normal.matrix[at].sqrt().recip() } else { 1.0 })
         .collect();
     let mut scaled = normal.matrix.clone();
-    for column in 0..structure.size() {
-        let range = structure.pattern.starts[column]..structure.pattern.starts[column + 1];
-        for (&row, h) in structure.pattern.rows[range.clone()].iter().zip(&mut scaled[range]) {
-            *h *= scale[row] * scale[column];
+    for block in structure.pattern.blocks() {
+        let numbers = &mut scaled[block.at..block.at + block.rows * block.columns];
+        for (column, one) in numbers.chunks_exact_mut(block.rows).zip(&scale[block.column..]) {
+            column.iter_mut().zip(&scale[block.row..]).for_each(|(h, other)| *h *= one * other);
         }
     }
     (scaled, scale)

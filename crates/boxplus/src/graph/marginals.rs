@@ -13,9 +13,6 @@ use super::set::AnySet;
 use super::values::{Key, Values, VariableId};
 use super::variable::GroupVariable;
 
-/// Right-hand sides solved at once.
-const COLUMNS: usize = 16;
-
 /// Covariances of the variables at an estimate: blocks of (JᵀJ)⁻¹.
 ///
 /// Every covariance is on the **local (right) side**, X = X̄·Exp(ξ), ξ ~ N(0, Σ), in the order of the tangent (metres
@@ -44,8 +41,8 @@ impl Marginals {
         if let Some(unconstrained) = weakest(&evaluator, &structure, &normal, &values)? {
             return Err(GraphError::Unconstrained(unconstrained));
         }
-        let mut cholesky = Cholesky::new(&structure.pattern, COLUMNS)?;
-        cholesky.factorise(&structure.pattern, &scaled).map_err(|_| GraphError::IllConditioned)?;
+        let mut cholesky = Cholesky::new(&structure.pattern)?;
+        cholesky.factorise(&scaled).map_err(|_| GraphError::IllConditioned)?;
         Ok(Self { structure, cholesky, scale, values, gauge })
     }
 
@@ -54,12 +51,40 @@ impl Marginals {
         &self.gauge
     }
 
+    /// Whether a factor reads the variable, or it is held: others have no covariance.
+    pub fn knows(&self, variable: impl Into<VariableId>) -> bool {
+        self.place(variable.into()).is_ok()
+    }
+
     /// D×D covariance of one variable, local side.
     ///
     /// # Errors
     /// [`GraphError::ForeignKey`] for a key of other values; [`GraphError::Unread`] for a variable that no factor reads.
     pub fn covariance(&mut self, variable: impl Into<VariableId>) -> Result<DMatrix<f64>, GraphError> {
         self.joint(&[variable.into()])
+    }
+
+    /// D×D covariances of many variables, local side each, in the order given: all from one sweep over the factor, whose time
+    /// is about that of two factorisations however many they are.
+    ///
+    /// # Errors
+    /// As [`Self::covariance`]; [`GraphError::OutOfMemory`].
+    pub fn covariances(&mut self, variables: &[VariableId]) -> Result<Vec<DMatrix<f64>>, GraphError> {
+        let places = variables.iter().map(|&id| self.place(id)).collect::<Result<Vec<_>, _>>()?;
+        self.cholesky.invert()?;
+        let mut covariances = Vec::with_capacity(variables.len());
+        for (&id, place) in variables.iter().zip(places) {
+            let dim = self.values.dim(id);
+            covariances.push(DMatrix::from_fn(dim, dim, |i, j| {
+                // Both triangles read the same entry: the matrix is symmetric to the last bit.
+                let entry = |start: usize| {
+                    let (i, j) = (start + i.max(j), start + i.min(j));
+                    Some(self.cholesky.inverse_entry(i, j)? * self.scale[i] * self.scale[j])
+                };
+                place.and_then(entry).unwrap_or(0.0)
+            }));
+        }
+        Ok(covariances)
     }
 
     /// D×D covariance of one group element on the **global (left) side**, X = Exp(ξ)·X̄: Ad_X̄ Σ Ad_X̄ᵀ, exactly.
@@ -85,13 +110,7 @@ impl Marginals {
     pub fn joint(&mut self, variables: &[VariableId]) -> Result<DMatrix<f64>, GraphError> {
         let mut rows = vec![]; // each coordinate's place in the structure; none for held variables
         for &id in variables {
-            let place = self.structure.offsets.get(id);
-            if place.is_none() && !self.values.is_held(id) {
-                return Err(match self.values.state(id) {
-                    Some(_) => GraphError::Unread { variable: self.values.name(id) },
-                    None => GraphError::ForeignKey { kind: self.values.name(id).kind, number: id.slot },
-                });
-            }
+            let place = self.place(id)?;
             rows.extend((0..self.values.dim(id)).map(|i| place.map(|start| start + i)));
         }
         let size = self.structure.size();
@@ -111,5 +130,17 @@ impl Marginals {
             k += 1;
         }
         Ok((&covariance + covariance.transpose()) * 0.5)
+    }
+
+    /// Where the coordinates of a variable start in the structure; nowhere where it is held.
+    fn place(&self, id: VariableId) -> Result<Option<usize>, GraphError> {
+        let place = self.structure.offsets.get(id);
+        if place.is_some() || self.values.is_held(id) {
+            return Ok(place);
+        }
+        Err(match self.values.state(id) {
+            Some(_) => GraphError::Unread { variable: self.values.name(id) },
+            None => GraphError::ForeignKey { kind: self.values.name(id).kind, number: id.slot },
+        })
     }
 }

@@ -185,10 +185,11 @@ impl Graph {
         observer: &mut dyn FnMut(&Iteration) -> ControlFlow<()>,
     ) -> Result<Solution, GraphError> {
         self.check(initial)?;
-        if let Some(factor) = self.first_not_finite(initial) {
+        let cost = Evaluator::new(&self.sets, 1).cost(initial);
+        if let Some(factor) = self.first_not_finite(initial, cost) {
             return Err(GraphError::ResidualNotFinite { factor });
         }
-        solve::optimize(&self.sets, initial, options, observer)
+        solve::optimize(&self.sets, (initial, cost), options, observer)
     }
 
     /// Covariances of the variables at `values`, the estimate.
@@ -216,6 +217,9 @@ impl Graph {
     /// Every variable that a factor reads exists and has a finite value, and every kernel makes sense.
     fn check(&self, values: &Values) -> Result<(), GraphError> {
         let states = self.check_keys(values)?;
+        if states.is_empty() {
+            return Ok(());
+        }
         let with = |wanted: State| {
             let matching = values.ids().filter(|id| states.get(id) == Some(&wanted));
             matching.map(|id| values.name(id)).collect::<Vec<_>>()
@@ -251,9 +255,9 @@ impl Graph {
         Ok(states)
     }
 
-    /// The first factor whose cost is not a finite number.
-    fn first_not_finite(&self, values: &Values) -> Option<FactorName> {
-        if Evaluator::new(&self.sets, 1).cost(values).is_finite() {
+    /// The first factor whose cost is not a finite number, where their sum is not.
+    fn first_not_finite(&self, values: &Values, cost: f64) -> Option<FactorName> {
+        if cost.is_finite() {
             return None;
         }
         let bad = |id: &FactorId| {

@@ -48,8 +48,8 @@ pub struct Stumpff<S = f64> {
 
 /// Upper end of the series. π² < 10, so that a principal logarithm never leaves it.
 const SERIES_END: f64 = 10.0;
-/// Below θ = ½, c₁ = 1 − x·c₃ subtracts at most 4 %; above, sin θ/θ has no cancellation and c₁ may vanish.
-const TRIGONOMETRY_START: f64 = 0.25;
+/// Beyond, c₀ and c₁ are sines. A little more than (π/2)², for halves of principal angles; c₁ subtracts 37 % at most.
+const TRIGONOMETRY_START: f64 = 2.5;
 
 impl<S: Real> Stumpff<S> {
     /// All of c₀ … c₆ at `x` = θ² ≥ 0. What a caller does not use costs nothing once inlined.
@@ -61,22 +61,39 @@ impl<S: Real> Stumpff<S> {
         }
     }
 
+    /// The same, where x is mostly below 2.5, as it is for the half of an angle up to π: there no root and no sine is taken.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub(super) fn half(x: S) -> Self {
+        match x.common(x.simd_lt(S::lit(TRIGONOMETRY_START))) {
+            Some(x) => Self::polynomials(x),
+            None => Self::new(x),
+        }
+    }
+
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn series(x: S) -> Self {
-        let (c5, c6) = (series(&C5, x), series(&C6, x));
-        let c4 = S::lit(1.0 / 24.0) - x * c6;
-        let c3 = S::lit(1.0 / 6.0) - x * c5;
-        let c2 = S::lit(0.5) - x * c4;
-        // A dual number has no derivative of √x at 0: there, too, the series.
+        let c = Self::polynomials(x);
         let (c0, c1) = S::choose(
             x.simd_lt(S::lit(TRIGONOMETRY_START)),
-            || (S::one() - x * c2, S::one() - x * c3),
+            || (c.c0, c.c1),
             || {
                 let theta = x.simd_sqrt();
                 let (sin, cos) = theta.sin_cos();
                 (cos, sin / theta)
             },
         );
+        Self { c0, c1, ..c }
+    }
+
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn polynomials(x: S) -> Self {
+        let (c5, c6) = (series(&C5, x), series(&C6, x));
+        let c4 = S::lit(1.0 / 24.0) - x * c6;
+        let c3 = S::lit(1.0 / 6.0) - x * c5;
+        let c2 = S::lit(0.5) - x * c4;
+        // Two terms before the rest, which is then small: c₀ within ε of the truth though it vanishes at π/2.
+        let c1 = (S::one() - x * S::lit(1.0 / 6.0)) + x * x * c5;
+        let c0 = (S::one() - x * S::lit(0.5)) + x * x * c4;
         Self { c0, c1, c2, c3, c4, c5, c6 }
     }
 

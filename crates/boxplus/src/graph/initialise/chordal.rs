@@ -137,7 +137,7 @@ struct System {
 impl System {
     fn new(sets: &[Box<dyn AnySet>], values: &Values) -> Result<Self, GraphError> {
         let structure = Structure::new(sets, values)?;
-        let cholesky = Cholesky::new(&structure.pattern, 1)?;
+        let cholesky = Cholesky::new(&structure.pattern)?;
         Ok(Self { structure, cholesky })
     }
 }
@@ -157,7 +157,7 @@ fn solve_linear(
     for (number, values) in problems.iter_mut().enumerate() {
         evaluator.linearise(values, structure, &mut normal);
         if number == 0 {
-            cholesky.factorise(&structure.pattern, &normal.matrix).map_err(|_| GraphError::IllConditioned)?;
+            cholesky.factorise(&normal.matrix).map_err(|_| GraphError::IllConditioned)?;
         }
         let mut step: Vec<f64> = normal.gradient.iter().map(|g| -g).collect();
         cholesky.solve(&mut step);

@@ -4,6 +4,7 @@
 //! matrix, run in the order of the chunks on one thread.
 
 use core::ops::Range;
+use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
 
@@ -25,7 +26,7 @@ pub(crate) struct Evaluator<'a> {
     chunks: Vec<Chunk>,
     costs: Vec<f64>,
     parts: Vec<Part>,
-    pool: Pool,
+    pool: Arc<Pool>,
 }
 
 #[derive(Clone, Debug)]
@@ -50,8 +51,13 @@ impl<'a> Evaluator<'a> {
             chunks.extend(starts.map(|s| Chunk { set, factors: s..(s + CHUNK).min(factors.len()) }));
         }
         let total: usize = sets.iter().map(|set| set.len()).sum();
-        let pool = Pool::new(if total < PARALLEL { 1 } else { threads }, chunks.len());
+        let pool = Arc::new(Pool::new(if total < PARALLEL { 1 } else { threads }, chunks.len()));
         Self { sets, costs: vec![0.0; chunks.len()], chunks, parts: vec![], pool }
+    }
+
+    /// The threads.
+    pub(crate) fn pool(&self) -> Arc<Pool> {
+        Arc::clone(&self.pool)
     }
 
     /// Number of threads that work.
@@ -91,10 +97,12 @@ impl<'a> Evaluator<'a> {
         let Self { sets, chunks, parts, pool, .. } = self;
         if parts.is_empty() {
             let widest = sets.iter().map(|set| stride(set.dims())).max().unwrap_or(0);
-            parts.resize(BATCH.min(chunks.len()), Part { numbers: vec![0.0; widest * CHUNK], cost: 0.0 });
+            // One thread scatters each chunk while it is in the cache.
+            let together = if pool.threads() > 1 { BATCH.min(chunks.len()) } else { 1 };
+            parts.resize(together, Part { numbers: vec![0.0; widest * CHUNK], cost: 0.0 });
         }
         let mut cost = 0.0;
-        for batch in chunks.chunks(BATCH) {
+        for batch in chunks.chunks(parts.len().max(1)) {
             let parts = &mut parts[..batch.len()];
             pool.for_each(parts, |i, part| {
                 let Chunk { set, factors } = batch[i].clone();

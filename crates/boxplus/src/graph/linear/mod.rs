@@ -1,7 +1,18 @@
-//! The linear problem behind each step: assembled block by block, factorised sparse.
+//! The linear problem behind each step: assembled block by block, factorised front by front.
 
 pub(crate) mod cholesky;
 pub(crate) mod evaluate;
-mod pool;
+mod kernels;
+mod ordering;
+pub(crate) mod pattern;
+mod plan;
+pub(crate) mod pool;
+mod selected_inverse;
 pub(crate) mod structure;
+mod symbolic;
 pub(crate) mod vector;
+
+#[cfg(test)]
+pub(crate) mod oracle;
+#[cfg(test)]
+mod tests;

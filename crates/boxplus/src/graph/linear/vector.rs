@@ -1,6 +1,6 @@
 //! Products of vectors, and of the symmetric matrix with one.
 
-use super::structure::Pattern;
+use super::pattern::Pattern;
 
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
@@ -9,16 +9,19 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
 /// H·x from the lower triangle of H.
 pub(crate) fn product(pattern: &Pattern, matrix: &[f64], x: &[f64]) -> Vec<f64> {
     let mut y = vec![0.0; x.len()];
-    for column in 0..x.len() {
-        let range = pattern.starts[column]..pattern.starts[column + 1];
-        let mut sum = 0.0;
-        for (&row, h) in pattern.rows[range.clone()].iter().zip(&matrix[range]) {
-            y[row] += h * x[column];
-            if row != column {
-                sum += h * x[row];
+    for block in pattern.blocks() {
+        let numbers = &matrix[block.at..block.at + block.rows * block.columns];
+        let diagonal = block.row == block.column;
+        for (c, column) in numbers.chunks_exact(block.rows).enumerate() {
+            let below = if diagonal { c + 1 } else { 0 };
+            let (column, rows) = (&column[below..], block.row + below..block.row + block.rows);
+            let here = block.column + c;
+            if diagonal {
+                y[here] += numbers[c * (block.rows + 1)] * x[here];
             }
+            y[here] += dot(column, &x[rows.clone()]);
+            y[rows].iter_mut().zip(column).for_each(|(y, h)| *y += h * x[here]);
         }
-        y[column] += sum;
     }
     y
 }

@@ -84,10 +84,10 @@ pub struct Solution {
     pub unconstrained: Option<Unconstrained>,
 }
 
-/// Minimises the cost from `initial`; `observer` sees every trial step and may stop the search.
+/// Minimises the cost from `initial`, where it is `cost`; `observer` sees every trial step and may stop the search.
 pub(super) fn optimize(
     sets: &[Box<dyn AnySet>],
-    initial: &Values,
+    (initial, cost): (&Values, f64),
     options: &SolveOptions,
     observer: &mut dyn FnMut(&Iteration) -> ControlFlow<()>,
 ) -> Result<Solution, GraphError> {
@@ -95,10 +95,11 @@ pub(super) fn optimize(
     let mut values = initial.clone();
     let gauge = gauge::fix(sets, &mut values);
     let structure = Structure::new(sets, &values)?;
-    let mut evaluator = Evaluator::new(sets, options.threads);
-    let cholesky = Cholesky::new(&structure.pattern, 1)?;
+    let evaluator = Evaluator::new(sets, options.threads);
+    let mut cholesky = Cholesky::new(&structure.pattern)?;
+    cholesky.share(evaluator.pool())?;
     let report = SolveReport {
-        initial_cost: evaluator.cost(&values),
+        initial_cost: cost,
         cost: 0.0,
         iterations: vec![],
         termination: Termination::MaxIterations,
@@ -115,7 +116,7 @@ pub(super) fn optimize(
         trial: values.clone(),
         best: None,
         cost: report.initial_cost,
-        region: Region::new(options, &system.normal),
+        region: Region::new(options, structure.size()),
         system,
         values,
         evaluator,
@@ -150,9 +151,13 @@ impl Search<'_> {
         if self.system.structure.size() == 0 {
             return Ok(Termination::NothingToSolve);
         }
-        let mut gradient = self.linearise();
+        let mut gradient = f64::NAN;
         let mut fresh = true; // no step from this linearisation has been rejected
+        let mut moved = true; // there is none yet at these values
         while self.report.iterations.len() < options.max_iterations {
+            if core::mem::take(&mut moved) {
+                gradient = self.linearise();
+            }
             if gradient < options.gradient {
                 return Ok(if self.all_silenced() { Termination::NoDecrease } else { Termination::Gradient });
             }
@@ -178,7 +183,7 @@ impl Search<'_> {
                 if settled && iteration.gain > 0.25 && !self.region.binds() {
                     return Ok(Termination::RelativeCost);
                 }
-                gradient = self.linearise();
+                moved = true;
             } else if self.region.exhausted() {
                 return Ok(if options.algorithm == Algorithm::GaussNewton {
                     Termination::Diverged
@@ -253,12 +258,12 @@ impl Search<'_> {
 
     /// Looks for directions that nothing constrains, if the last factor hints at any.
     fn unconstrained(&mut self) -> Result<Option<Unconstrained>, GraphError> {
-        let System { structure, normal, cholesky, .. } = &mut self.system;
         let silenced = self.report.termination == Termination::NoDecrease;
-        if structure.size() == 0 || silenced || !self.region.hints_at_singularity(cholesky) {
+        let nothing = self.system.structure.size() == 0;
+        if nothing || silenced || !self.region.hints_at_singularity(&mut self.system) {
             return Ok(None);
         }
-        weakest(&self.evaluator, structure, normal, &self.values)
+        weakest(&self.evaluator, self.system.structure, &self.system.normal, &self.values)
     }
 
     fn finish(mut self, unconstrained: Option<Unconstrained>) -> Solution {

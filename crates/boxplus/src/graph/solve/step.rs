@@ -39,8 +39,6 @@ pub(crate) struct Region {
     trust: Trust,
     /// D: the diagonal of H, with 1 for its zeros.
     diagonal: Vec<f64>,
-    /// H + λD.
-    damped: Vec<f64>,
     /// λ of the matrix last factorised, NaN before the first.
     factored: f64,
     /// For dogleg: the Gauss–Newton step and the Cauchy step of this linearisation.
@@ -71,11 +69,16 @@ const FREE_DAMPING: f64 = 1e-6;
 const SMALLEST_DAMPING: f64 = 1e-14;
 /// A trial is accepted when the cost falls by this share of the promise.
 const ACCEPT: f64 = 1e-3;
+/// A curvature below this, where the diagonal is one, hints at a direction that nothing constrains.
+const SINGULAR: f64 = 1e-10;
+/// λ beyond which a factor says nothing of the least curvature, and one that hides nothing above [`SINGULAR`].
+const HIDING: f64 = 1e-6;
+const PROBING: f64 = 1e-13;
 /// Gauss–Newton is said to diverge after this many climbs in a row.
 const CLIMBS: u32 = 5;
 
 impl Region {
-    pub(crate) fn new(options: &SolveOptions, normal: &Normal) -> Self {
+    pub(crate) fn new(options: &SolveOptions, size: usize) -> Self {
         let trust = match options.algorithm {
             Algorithm::LevenbergMarquardt => {
                 // max also cures what is not a number.
@@ -84,13 +87,7 @@ impl Region {
             Algorithm::GaussNewton => Trust::Full { climbs: 0 },
             Algorithm::Dogleg => Trust::Radius(options.initial_radius.max(SMALLEST_RADIUS)),
         };
-        Self {
-            trust,
-            diagonal: vec![0.0; normal.gradient.len()],
-            damped: vec![0.0; normal.matrix.len()],
-            factored: f64::NAN,
-            steps: None,
-        }
+        Self { trust, diagonal: vec![0.0; size], factored: f64::NAN, steps: None }
     }
 
     /// Takes note of new normal equations.
@@ -186,17 +183,14 @@ impl Region {
     /// −(H + λD)⁻¹g.
     fn solve(&mut self, lambda: f64, system: &mut System<'_>) -> Option<Vec<f64>> {
         let start = system.clock.seconds();
-        self.damped.copy_from_slice(&system.normal.matrix);
-        for (&at, d) in system.structure.diagonal.iter().zip(&self.diagonal) {
-            self.damped[at] += lambda * d;
-        }
         self.factored = lambda;
-        let done = system.cholesky.factorise(&system.structure.pattern, &self.damped);
+        let Normal { matrix, gradient } = &system.normal;
+        let done = system.cholesky.factorise_with(matrix, (lambda, &self.diagonal), gradient);
         let middle = system.clock.seconds();
         system.seconds.factorise += middle - start;
         done.ok()?;
-        let mut delta: Vec<f64> = system.normal.gradient.iter().map(|g| -g).collect();
-        system.cholesky.solve(&mut delta);
+        let mut delta = system.cholesky.solution();
+        delta.iter_mut().for_each(|x| *x = -*x);
         system.seconds.solve += system.clock.seconds() - middle;
         delta.iter().all(|x| x.is_finite()).then_some(delta)
     }
@@ -243,23 +237,29 @@ impl Region {
         }
     }
 
-    /// Whether the last factor was (nearly) singular but for its damping: two inverse iterations in the metric of D.
-    pub(crate) fn hints_at_singularity(&self, cholesky: &mut Cholesky) -> bool {
-        // Nothing was factorised, or with much damping: nothing is known.
-        if self.factored.is_nan() || self.factored > 1e-6 {
-            return true;
+    /// Whether H is (nearly) singular, as far as two inverse iterations in the metric of D tell. They ask the last factor;
+    /// where its damping hides what lies below, they ask once more with next to none.
+    pub(crate) fn hints_at_singularity(&mut self, system: &mut System<'_>) -> bool {
+        // With much damping, or where nothing was factorised, nothing is known.
+        let known = self.factored <= HIDING;
+        if known && self.least_curvature(system) >= SINGULAR + 3.0 * self.factored {
+            return false;
         }
+        self.solve(PROBING, system).is_none() || self.least_curvature(system) < SINGULAR
+    }
+
+    /// About the least eigenvalue of D^-½HD^-½ + λI, from above.
+    fn least_curvature(&self, system: &mut System<'_>) -> f64 {
         let mut x = rough(self.diagonal.len());
         let mut smallest = f64::INFINITY;
         for _ in 0..2 {
             let norm = dot(&x, &x).sqrt();
             x.iter_mut().zip(&self.diagonal).for_each(|(x, d)| *x *= d.sqrt() / norm);
-            cholesky.solve(&mut x);
+            system.cholesky.solve(&mut x);
             x.iter_mut().zip(&self.diagonal).for_each(|(x, d)| *x *= d.sqrt());
             smallest = dot(&x, &x).sqrt().recip();
         }
-        // smallest ≈ the least eigenvalue of D^-½HD^-½, plus λ.
-        smallest < 1e-10 + 3.0 * self.factored
+        smallest
     }
 }
 

@@ -126,8 +126,10 @@ impl<S: Real> LieGroup<3> for SE2<S> {
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn exp(tau: &Vector3<S>) -> Self {
-        let (rho, theta, c) = split(tau);
-        let translation = rho * c.c1 + SO2::turn(&rho) * (theta * c.c2);
+        let (rho, theta) = (tau.xy(), tau.z);
+        // From θ/2 to θ: c₁(4y) = c₀(y)c₁(y), c₂(4y) = ½c₁(y)².
+        let half = Stumpff::half(theta * theta * S::lit(0.25));
+        let translation = (rho * half.c0 + SO2::turn(&rho) * (theta * half.c1 * S::lit(0.5))) * half.c1;
         Self::from_parts(translation, SO2::from_angle(theta))
     }
     #[cfg_attr(not(debug_assertions), inline(always))]

@@ -167,7 +167,7 @@ impl<S: Real> SO3<S> {
     /// Exp φ together with the Stumpff functions at |φ|²/4, from which those at |φ|² follow.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub(super) fn exp_half(phi: &Vector3<S>) -> (Self, Stumpff<S>) {
-        let half = Stumpff::new(phi.norm_squared() * S::lit(0.25));
+        let half = Stumpff::half(phi.norm_squared() * S::lit(0.25));
         (Self::from_unit(phi * (half.c1 * S::lit(0.5)), half.c0), half)
     }
 }

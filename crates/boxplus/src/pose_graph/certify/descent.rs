@@ -12,7 +12,7 @@ use core::ops::ControlFlow;
 
 use nalgebra::{DMatrix, SMatrix, SVector, SymmetricEigen};
 
-use super::quadratic::{Frame, Layout, Link, cost, dual, multipliers, slopes};
+use super::quadratic::{Frame, Layout, Link, cost, dual, joined, multipliers, slopes};
 use crate::graph::GraphError;
 use crate::graph::linear::cholesky::Cholesky;
 
@@ -160,7 +160,7 @@ struct Newton<const P: usize, const D: usize> {
     /// Layout of S, from which the Hessian is read.
     dual: Layout,
     moves: Vec<Vec<Move>>,
-    joined: Vec<(usize, usize)>,
+    joined: Vec<(u32, u32)>,
     held: Vec<bool>,
     weights: Vec<f64>,
     hessian: Vec<f64>,
@@ -174,11 +174,7 @@ impl<const P: usize, const D: usize> Newton<P, D> {
     fn new(links: &[Link<D>], count: usize) -> Result<Self, GraphError> {
         let moves = moves::<P, D>();
         let layout = Layout::new(links, count, moves.len())?;
-        let cholesky = Cholesky::new(&layout.pattern, 1)?;
-        let mut joined: Vec<_> =
-            links.iter().map(|link| (link.from.min(link.to), link.from.max(link.to))).collect();
-        joined.sort_unstable();
-        joined.dedup();
+        let cholesky = Cholesky::new(&layout.pattern)?;
         let mut held = vec![false; count];
         layout.anchors.iter().for_each(|&pose| held[pose] = true);
         let mut weights = vec![0.0; count * moves.len()];
@@ -190,7 +186,7 @@ impl<const P: usize, const D: usize> Newton<P, D> {
                 weights[layout.row(link.to) + k] += weight;
             }
         }
-        let numbers = layout.pattern.rows.len();
+        let numbers = layout.pattern.len();
         Ok(Self {
             dual: Layout::new(links, count, D + 1)?,
             gradient: vec![0.0; weights.len()],
@@ -199,7 +195,7 @@ impl<const P: usize, const D: usize> Newton<P, D> {
             damped: vec![0.0; numbers],
             layout,
             moves,
-            joined,
+            joined: joined(links),
             held,
             weights,
             cholesky,
@@ -232,8 +228,8 @@ impl<const P: usize, const D: usize> Newton<P, D> {
             }
         }
         for pair in 0..self.joined.len() {
-            let (i, j) = self.joined[pair];
-            if i != j && !self.held[i] && !self.held[j] {
+            let (i, j) = (self.joined[pair].0 as usize, self.joined[pair].1 as usize);
+            if !self.held[i] && !self.held[j] {
                 self.block(&dual, bodies, (i, j));
             }
         }
@@ -266,7 +262,7 @@ impl<const P: usize, const D: usize> Newton<P, D> {
                 self.damped[self.layout.place((pose, k), (pose, k))] += damping * self.weights[row + k];
             }
         }
-        self.cholesky.factorise(&self.layout.pattern, &self.damped).ok()?;
+        self.cholesky.factorise(&self.damped).ok()?;
         self.delta.iter_mut().zip(&self.gradient).for_each(|(d, g)| *d = -g);
         self.cholesky.solve(&mut self.delta);
         // F falls by −2gᵀδ − δᵀHδ, and Hδ = −g − λWδ.

@@ -15,8 +15,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use crate::graph::GraphError;
-use crate::graph::linear::cholesky::minimum_degree;
-use crate::graph::linear::structure::Pattern;
+use crate::graph::linear::pattern::Pattern;
 use crate::partition::Partition;
 
 /// A pose of the relaxation: D orthonormal columns and a position, in ℝᴾ. With P = D it is a pose.
@@ -94,8 +93,6 @@ pub(super) struct Layout {
     /// Where each pose stands in the order.
     position: Vec<usize>,
     pub(super) pattern: Pattern,
-    /// Row blocks of each column block, ascending, the diagonal first.
-    blocks: Vec<Vec<usize>>,
     /// One pose of each connected part: moving a part changes no cost, so that one may be held.
     pub(super) anchors: Vec<usize>,
 }
@@ -114,22 +111,11 @@ impl Layout {
         links.iter().for_each(|link| parts.join(link.from, link.to));
         let anchors = parts.parts().map(|(pose, _)| pose).collect();
 
-        let order = minimum_degree(count, &pairs(links, count, |pose| pose))?;
+        let pattern = Pattern::new(&vec![size; count], &joined(links))?;
         let mut position = vec![0; count];
-        order.iter().enumerate().for_each(|(place, &pose)| position[pose] = place);
-        let mut blocks = vec![vec![]; count];
-        for (column, row) in pairs(links, count, |pose| position[pose]) {
-            blocks[column as usize].push(row as usize);
-        }
-        let mut pattern = Pattern { starts: vec![0], rows: vec![] };
-        for rows in &blocks {
-            for column in 0..size {
-                let scalars = rows.iter().flat_map(|row| row * size..(row + 1) * size);
-                pattern.rows.extend(scalars.skip(column));
-                pattern.starts.push(pattern.rows.len());
-            }
-        }
-        Ok(Self { size, position, pattern, blocks, anchors })
+        let order = pattern.symbolic.order.iter().enumerate();
+        order.for_each(|(place, &pose)| position[pose as usize] = place);
+        Ok(Self { size, position, pattern, anchors })
     }
 
     /// How many poses there are.
@@ -146,8 +132,7 @@ impl Layout {
     pub(super) fn place(&self, (one, a): (usize, usize), (other, b): (usize, usize)) -> usize {
         let (one, other) = ((self.position[one], a), (self.position[other], b));
         let ((row, a), (column, b)) = (one.max(other), one.min(other));
-        let above = self.blocks[column].binary_search(&row).unwrap_or(0) * self.size;
-        self.pattern.starts[column * self.size + b] + above + a - b
+        self.pattern.find(row, column).unwrap_or(0) + b * self.size + a
     }
 }
 
@@ -157,7 +142,7 @@ pub(super) fn dual<const D: usize>(
     links: &[Link<D>],
     multipliers: &[SMatrix<f64, D, D>],
 ) -> Vec<f64> {
-    let mut values = vec![0.0; layout.pattern.rows.len()];
+    let mut values = vec![0.0; layout.pattern.len()];
     let mut add = |one, other, value| values[layout.place(one, other)] += value;
     for link in links {
         let (i, j, kappa, tau, t) = (link.from, link.to, link.kappa, link.tau, &link.translation);
@@ -181,13 +166,10 @@ pub(super) fn dual<const D: usize>(
     values
 }
 
-/// (column, row) of every block of the lower triangle, sorted, each once.
-fn pairs<const D: usize>(links: &[Link<D>], count: usize, place: impl Fn(usize) -> usize) -> Vec<(u32, u32)> {
-    let joined = links.iter().map(|link| {
-        let (a, b) = (place(link.from) as u32, place(link.to) as u32);
-        (a.min(b), a.max(b))
-    });
-    let mut pairs: Vec<_> = (0..count as u32).map(|i| (i, i)).chain(joined).collect();
+/// The pairs of poses that a link joins, the lower first, each once.
+pub(super) fn joined<const D: usize>(links: &[Link<D>]) -> Vec<(u32, u32)> {
+    let pair = |link: &Link<D>| (link.from.min(link.to) as u32, link.from.max(link.to) as u32);
+    let mut pairs: Vec<_> = links.iter().map(pair).filter(|(a, b)| a != b).collect();
     pairs.sort_unstable();
     pairs.dedup();
     pairs

@@ -9,15 +9,15 @@ use nalgebra::{DMatrix, SymmetricEigen};
 
 use crate::graph::GraphError;
 use crate::graph::linear::cholesky::Cholesky;
-use crate::graph::linear::structure::Pattern;
+use crate::graph::linear::pattern::Pattern;
 
 /// A symmetric matrix S with a shift on some of its diagonal: x_RᵀS̃x_R is the least of xᵀSx over all other rows of x.
 pub(super) struct Shifted<'a> {
     pattern: &'a Pattern,
     matrix: &'a [f64],
-    /// Entries of the diagonal to shift, and their rows.
-    diagonal: &'a [usize],
+    /// Rows with a shift on the diagonal, and the places of those entries.
     rows: Vec<usize>,
+    diagonal: Vec<usize>,
     cholesky: Cholesky,
     scratch: Vec<f64>,
 }
@@ -37,18 +37,15 @@ const GROWTH: f64 = 10.0;
 const CONVERGED: f64 = 1e-8;
 
 impl<'a> Shifted<'a> {
-    /// The matrix with these numbers in the lower triangle `pattern`.
+    /// The matrix with these numbers in the lower triangle `pattern`, to be shifted in these rows.
     ///
     /// # Errors
     /// [`GraphError::OutOfMemory`].
-    pub(super) fn new(
-        pattern: &'a Pattern,
-        matrix: &'a [f64],
-        diagonal: &'a [usize],
-    ) -> Result<Self, GraphError> {
-        let rows = diagonal.iter().map(|&entry| pattern.rows[entry]).collect();
-        let cholesky = Cholesky::new(pattern, 1)?;
-        Ok(Self { pattern, matrix, diagonal, rows, cholesky, scratch: vec![0.0; matrix.len()] })
+    pub(super) fn new(pattern: &'a Pattern, matrix: &'a [f64], rows: Vec<usize>) -> Result<Self, GraphError> {
+        let all = pattern.diagonal();
+        let diagonal = rows.iter().map(|&row| all[row]).collect();
+        let cholesky = Cholesky::new(pattern)?;
+        Ok(Self { pattern, matrix, rows, diagonal, cholesky, scratch: vec![0.0; matrix.len()] })
     }
 
     /// The largest diagonal entry: the scale of rounding.
@@ -60,7 +57,7 @@ impl<'a> Shifted<'a> {
     pub(super) fn is_definite(&mut self, shift: f64) -> bool {
         self.scratch.copy_from_slice(self.matrix);
         self.diagonal.iter().for_each(|&entry| self.scratch[entry] += shift);
-        self.cholesky.factorise(self.pattern, &self.scratch).is_ok()
+        self.cholesky.factorise(&self.scratch).is_ok()
     }
 
     /// The least of the shifts `first`, 10·`first`, … with which S is positive definite, up to `last`.
@@ -117,7 +114,7 @@ impl<'a> Shifted<'a> {
     }
 
     fn solve(&mut self, x: &[f64]) -> Vec<f64> {
-        let mut full = vec![0.0; self.pattern.starts.len() - 1];
+        let mut full = vec![0.0; self.pattern.size()];
         self.rows.iter().zip(x).for_each(|(&row, x)| full[row] = *x);
         self.cholesky.solve(&mut full);
         full

@@ -134,9 +134,8 @@ fn judge<const P: usize, const D: usize>(
         let diagonal = layout.place((pose, D), (pose, D));
         matrix[diagonal] *= 2.0;
     }
-    let rotations = (0..frames.len()).flat_map(|pose| (0..D).map(move |a| (pose, a)));
-    let diagonal: Vec<usize> = rotations.map(|entry| layout.place(entry, entry)).collect();
-    let mut shifted = Shifted::new(&layout.pattern, &matrix, &diagonal)?;
+    let rotations = (0..frames.len()).flat_map(|pose| (0..D).map(move |a| layout.row(pose) + a));
+    let mut shifted = Shifted::new(&layout.pattern, &matrix, rotations.collect())?;
     let (cost, count) = (cost(links, frames), (frames.len() * D) as f64);
     let first = ROUNDING * shifted.scale();
     let judgement = |eigenvalue: f64, lowest| Judgement {

@@ -111,6 +111,12 @@ pub struct SolveSettings {
     pub options: SolveOptions,
 }
 
+/// The factors of a pose graph and its vertices, for tests of what lies below.
+#[cfg(test)]
+pub(crate) fn factors(graph: &PoseGraph) -> Result<(graph::Graph, graph::Values), PoseGraphError> {
+    Problem::new(graph, &SolveSettings::default()).map(|problem| (problem.factors, problem.values))
+}
+
 /// What [`solve_observed`] tells while it works.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Progress<'a> {

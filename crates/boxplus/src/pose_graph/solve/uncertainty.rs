@@ -1,10 +1,10 @@
 //! How sure a solved pose graph is of its positions.
 
-use nalgebra::Matrix3;
+use nalgebra::{DMatrix, Matrix3};
 
 use super::problem::Problem;
 use super::{PoseGraphError, SolveSettings};
-use crate::graph::GraphError;
+use crate::graph::VariableId;
 use crate::pose_graph::PoseGraph;
 
 /// How sure the position of one vertex is.
@@ -29,18 +29,18 @@ impl PoseGraph {
     ) -> Result<Vec<PositionCovariance>, PoseGraphError> {
         let problem = Problem::new(self, settings)?;
         let mut marginals = problem.factors.marginals(&problem.values)?;
-        let mut out = Vec::with_capacity(ids.len());
-        for &id in ids {
-            if let Some((key, rotation)) = problem.frame(id) {
-                let local = match marginals.covariance(key) {
-                    Err(GraphError::Unread { .. }) => continue, // nothing is known of it
-                    local => local?,
-                };
-                let size = rotation.nrows();
-                let world = &rotation * local.view((0, 0), (size, size)) * rotation.transpose();
-                let entry = |i, j| if i < size && j < size { world[(i, j)] } else { 0.0 };
-                out.push(PositionCovariance { id, covariance: Matrix3::from_fn(entry) });
-            }
+        let known = |(_, variable, _): &(u64, VariableId, DMatrix<f64>)| marginals.knows(*variable);
+        let framed =
+            ids.iter().filter_map(|&id| problem.frame(id).map(|(key, rotation)| (id, key, rotation)));
+        let framed: Vec<_> = framed.filter(known).collect();
+        let variables: Vec<_> = framed.iter().map(|&(_, variable, _)| variable).collect();
+        let covariances = marginals.covariances(&variables)?;
+        let mut out = Vec::with_capacity(framed.len());
+        for ((id, _, rotation), local) in framed.into_iter().zip(covariances) {
+            let size = rotation.nrows();
+            let world = &rotation * local.view((0, 0), (size, size)) * rotation.transpose();
+            let entry = |i, j| if i < size && j < size { world[(i, j)] } else { 0.0 };
+            out.push(PositionCovariance { id, covariance: Matrix3::from_fn(entry) });
         }
         Ok(out)
     }

@@ -1,0 +1,145 @@
+//! The linear core on public graphs: checked always, timed beside faer's on demand:
+//!
+//! ```sh
+//! BOXPLUS_DATA=... cargo test --release -p boxplus --features solve,io --lib factor_speed -- --ignored --nocapture
+//! ```
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a test fails by panicking, and prints what it measures"
+)]
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use crate::graph::linear::cholesky::Cholesky;
+use crate::graph::linear::oracle::{Oracle, TileRate, entries, graph_of, normal_equations};
+use crate::graph::linear::pattern::Pattern;
+use crate::graph::{Graph, Initial, Values, VariableId};
+use crate::lie::{SE2, SE3};
+use crate::pose_graph::solve::factors;
+
+const FILES: [&str; 9] = [
+    "pose-graph/M3500.g2o",
+    "pose-graph/intel.g2o",
+    "pose-graph/MIT.g2o",
+    "pose-graph/kitti_00.g2o",
+    "pose-graph/parking-garage.g2o",
+    "pose-graph/sphere2500.g2o",
+    "pose-graph/torus3D.g2o.gz",
+    "pose-graph/sphere_bignoise_vertex3.g2o",
+    "landmark-slam/victoriaPark.isam.txt",
+];
+
+/// The graph of a public file at its initialisation, or `None` where there is no such file.
+fn problem(name: &str) -> Option<(Graph, Values)> {
+    let beside = || concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data").into();
+    let path = std::env::var_os("BOXPLUS_DATA").map_or_else(beside, PathBuf::from).join(name);
+    let Ok(text) = std::fs::read(&path) else {
+        println!("SKIPPED: there is no {}", path.display());
+        return None;
+    };
+    let (graph, values) = factors(&crate::io::read(&text, name, None).unwrap().graph).unwrap();
+    let start = graph.initialise(&values, Initial::SpanningTree).unwrap();
+    Some((graph, start.values))
+}
+
+/// The least seconds of several runs.
+fn least(runs: usize, mut run: impl FnMut()) -> f64 {
+    let time = |()| {
+        let start = Instant::now();
+        run();
+        start.elapsed().as_secs_f64()
+    };
+    std::iter::repeat_n((), runs).map(time).fold(f64::INFINITY, f64::min)
+}
+
+#[test]
+#[ignore = "measures time"]
+fn factor_speed() {
+    let mut tile = TileRate::new();
+    let seconds = least(2000, || tile.run());
+    println!("the register tile alone, in the first cache: {:.1} GFlop/s", TileRate::FLOP / seconds * 1e-9);
+    println!(
+        "| graph | unknowns | analyse ms | GFlop | numbers in L | factorise ms | GFlop/s | faer ms | faer / ours | selected inverse ms | in factorisations |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|---|");
+    for name in FILES {
+        let Some((graph, values)) = problem(name) else { continue };
+        let (pattern, mut matrix) = normal_equations(&graph, &values).unwrap();
+        pattern.diagonal().into_iter().for_each(|at| matrix[at] *= 1.0 + 1e-6);
+        let (dims, pairs) = graph_of(&pattern);
+        let analyse = least(5, || drop(Cholesky::new(&Pattern::new(&dims, &pairs).unwrap())));
+        let mut ours = Cholesky::new(&pattern).unwrap();
+        let mut theirs = Oracle::new(&pattern);
+        theirs.read(&matrix);
+        let (mut factorise, mut faer) = (f64::INFINITY, f64::INFINITY);
+        for _ in 0..40 {
+            factorise = factorise.min(least(1, || ours.factorise(&matrix).unwrap()));
+            faer = faer.min(least(1, || assert!(theirs.factorise())));
+        }
+        let invert = least(10, || ours.invert().unwrap());
+        let flop = ours.multiplications() as f64 * 2e-9;
+        println!(
+            "| {name} | {} | {:.2} | {flop:.4} | {} | {:.2} | {:.1} | {:.2} | {:.2} | {:.2} | {:.2} |",
+            pattern.size(),
+            analyse * 1e3,
+            ours.factor_len(),
+            factorise * 1e3,
+            flop / factorise,
+            faer * 1e3,
+            faer / factorise,
+            invert * 1e3,
+            invert / factorise,
+        );
+    }
+}
+
+#[test]
+fn solutions_and_the_selected_inverse_of_public_graphs_are_those_of_faer() {
+    for name in FILES {
+        let Some((graph, values)) = problem(name) else { continue };
+        let (pattern, mut matrix) = normal_equations(&graph, &values).unwrap();
+        // A unit diagonal, so that errors have one scale, and a condition below 10⁶.
+        let diagonal = pattern.diagonal();
+        let scale: Vec<f64> = diagonal.iter().map(|&at| matrix[at].sqrt().recip()).collect();
+        entries(&pattern).for_each(|(i, j, at)| matrix[at] *= scale[i] * scale[j]);
+        diagonal.iter().for_each(|&at| matrix[at] += 1e-5);
+        let mut ours = Cholesky::new(&pattern).unwrap();
+        let mut theirs = Oracle::new(&pattern);
+        theirs.read(&matrix);
+        ours.factorise(&matrix).unwrap();
+        assert!(theirs.factorise());
+        ours.invert().unwrap();
+        let size = pattern.size();
+        for column in (0..size).step_by(size / 7) {
+            let mut unit = vec![0.0; size];
+            unit[column] = 1.0;
+            let mut other = unit.clone();
+            ours.solve(&mut unit);
+            theirs.solve(&mut other);
+            let largest = other.iter().fold(0.0f64, |max, x| max.max(x.abs()));
+            for row in 0..size {
+                assert!((unit[row] - other[row]).abs() < 1e-9 * largest, "{name}");
+                if let Some(entry) = ours.inverse_entry(row, column) {
+                    assert!((entry - other[row]).abs() < 1e-9 * largest, "{name}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn all_covariances_at_once_are_those_one_by_one() {
+    for name in ["pose-graph/M3500.g2o", "pose-graph/sphere2500.g2o"] {
+        let Some((graph, values)) = problem(name) else { continue };
+        let mut marginals = graph.marginals(&values).unwrap();
+        let poses2 = values.iter::<SE2>().map(|(key, _)| VariableId::from(key));
+        let all: Vec<_> = poses2.chain(values.iter::<SE3>().map(|(key, _)| VariableId::from(key))).collect();
+        let covariances = marginals.covariances(&all).unwrap();
+        for (id, covariance) in all.iter().zip(&covariances).step_by(97) {
+            let alone = marginals.covariance(*id).unwrap();
+            assert!((&alone - covariance).amax() <= 1e-9 * alone.amax(), "{name}: {id:?}");
+        }
+    }
+}
