@@ -449,11 +449,34 @@ def gamma2(w):
     return left_jacobian(m)[0:3, 3:6]
 
 
-def sgal3_row(i, theta, exact32):
+def sgal3_tangent(i, theta):
     size, speed = SIZES[i % 5] * (0.5 + rng.random()), SIZES[(i // 2) % 4]
     clock = [0.0, 1e-6, -0.01, 1.7, -30.0, 1000.0][i % 6]
     tau = [x * size for x in direction()] + [x * theta for x in direction()] + [x * speed for x in direction()]
-    tau = numbers(tau + [clock], exact32)
+    return tau + [clock], speed, clock
+
+
+def sgal3_aligned(i, theta):
+    """Rotation axis, position and velocity on one line, or the latter across, and alike in size: terms that cancel."""
+    axis = direction()
+    vectors = [axis, axis] if i % 2 else [cross(axis, direction()) for _ in range(2)]
+    clock = rng.gauss(0, 1)
+    return vectors[0] + [x * theta for x in axis] + vectors[1] + [clock], 1.0, clock
+
+
+def coupling_sizes(ad, jl):
+    """Norms of the two terms of the block rho-phi of J_l and of its inverse: one of rho alone, one that iota multiplies."""
+    still = ad.copy()
+    put(still, 0, 6, mp.zeros(3))
+    at_rest = left_jacobian(still)
+    pairs = [(at_rest, jl), (at_rest**-1, jl**-1)]
+    norms = lambda m: mp.sqrt(sum(x * x for x in entries(m, (0, 3, 3, 3))))  # noqa: E731
+    return [x for rest, both in pairs for x in (norms(rest), norms(both - rest))]
+
+
+def sgal3_row(i, theta, exact32, tangent=sgal3_tangent):
+    tau, speed, clock = tangent(i, theta)
+    tau = numbers(tau, exact32)
     event = [f32(x * SIZES[(i + 2) % 5]) for x in direction()] + [f32(rng.uniform(-5, 5))]
     qa, pa = element(theta / 2, None, i)
     qb, pb = element(0.2 + 1.2 * rng.random(), (qa, pa), i)
@@ -490,6 +513,7 @@ def sgal3_row(i, theta, exact32):
     inverse = mp.chop(jl**-1, tol=mp.mnorm(jl, 1) * mpf(10) ** -45)  # zeros where iota is zero
     outputs = exp_quaternion(phi) + p + v + [iota] + entries(jl, *parts) + entries(inverse, *parts)
     outputs += sgal3_log(a, mp_list(pa), w, mpf(ta)) + ad_a + compose + moved(e[:3], e[3]) + [e[3] + mpf(ta)] + rminus
+    outputs += coupling_sizes(ad, jl)
     return tau + event + qa + pa + va + [ta] + qb + pb + vb + [tb] + [f64(x) for x in outputs]
 
 
@@ -509,8 +533,10 @@ def similarity_tables():
 def sgal3_table():
     rng.seed("sgal3.csv")
     rows = [sgal3_row(3 * i + k, t, k < 2) for i, t in enumerate(few_angles()) for k in range(3)]
+    hard = [1e-3, 1.0, 1.7, 2.3, 2.6, 2.9, 3.0, 3.1, 3.14]
+    rows += [sgal3_row(4 * i + k, t, k < 3, sgal3_aligned) for i, t in enumerate(hard) for k in range(4)]
     columns = [("tau", 10), ("point", 4), ("a", 11), ("b", 11), ("exp", 11), ("jl", 21), ("jl_inv", 21), ("log", 10)]
-    further_table("sgal3.csv", rows, columns + [("adjoint", 21), ("compose", 11), ("act", 4), ("rminus", 10)])
+    further_table("sgal3.csv", rows, columns + [("adjoint", 21), ("compose", 11), ("act", 4), ("rminus", 10), ("coupling", 4)])
 
 
 if __name__ == "__main__":

@@ -8,6 +8,9 @@ use clap::{Args, Parser, Subcommand, ValueHint};
 use clap_complete::Shell;
 
 use crate::choices::{Algorithm, Chart, Format, Indefinite, Init, Robust, simulator};
+use crate::consistency::{self, Consistency};
+use crate::pose;
+use crate::pose::args::Pose;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -45,7 +48,7 @@ pub struct Global {
     /// Threads; one per core unless given. No digit of a result depends on it.
     #[arg(long, global = true, value_name = "N", env = "BOXPLUS_THREADS")]
     pub threads: Option<NonZeroUsize>,
-    /// Seed of simulated graphs.
+    /// Seed of what is simulated.
     #[arg(long, global = true, value_name = "N", env = "BOXPLUS_SEED")]
     pub seed: Option<u64>,
 }
@@ -71,6 +74,12 @@ pub enum Verb {
     /// Draw a graph as it is in the file.
     #[command(after_help = PLOT_EXAMPLES)]
     Plot(Plot),
+    /// Calculate with uncertain poses: compose, invert, relate, fuse.
+    #[command(after_help = pose::args::EXAMPLES)]
+    Pose(Box<Pose>),
+    /// Try a filter on a simulation many times: can its covariance be believed?
+    #[command(after_help = consistency::EXAMPLES)]
+    Consistency(Consistency),
     /// Print the completions of a shell.
     #[command(after_help = COMPLETIONS_EXAMPLES)]
     Completions(Completions),

@@ -4,6 +4,7 @@
 mod args;
 mod before_after;
 mod choices;
+mod consistency;
 mod convert;
 mod diagnose;
 mod document;
@@ -15,6 +16,7 @@ mod input;
 mod interrupt;
 mod output;
 mod plot;
+mod pose;
 mod progress;
 mod refusal;
 mod report;
@@ -44,10 +46,12 @@ fn run(cli: &Cli) -> Result<Outcome, Error> {
     match &cli.verb {
         Verb::Solve(options) => return solve::run(options, global, console),
         Verb::Diagnose(options) => return diagnose::run(options, global, console),
+        Verb::Consistency(options) => return consistency::run(options, global, console),
         Verb::Info(options) => info::run(options, global, console)?,
         Verb::Convert(options) => convert::run(options, global, console)?,
         Verb::Simulate(options) => simulate::run(options, global, console)?,
         Verb::Plot(options) => plot::run(options, global, console)?,
+        Verb::Pose(options) => pose::run(options, console)?,
         Verb::Completions(options) => completions(options)?,
     }
     Ok(Outcome::Done)

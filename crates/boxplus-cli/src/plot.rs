@@ -60,11 +60,15 @@ fn panel(loaded: &Loaded) -> Result<Panel, Error> {
 
 /// Writes a picture.
 pub fn save(figure: &Figure, picture: Picture, path: &Path, console: Console) -> Result<(), Error> {
-    let svg = figure.svg();
+    save_svg(&figure.svg(), picture, path, console)
+}
+
+/// Writes a drawing.
+pub fn save_svg(svg: &str, picture: Picture, path: &Path, console: Console) -> Result<(), Error> {
     match picture {
         Picture::Svg => console.write(path, svg.as_bytes()),
         Picture::Png => {
-            let bytes = png(&svg).ok_or_else(|| Error::Unwritable {
+            let bytes = png(svg).ok_or_else(|| Error::Unwritable {
                 message: format!("{} is not written: the drawing has no pixels", path.display()),
             })?;
             console.write(path, &bytes)

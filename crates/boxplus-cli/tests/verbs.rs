@@ -413,7 +413,9 @@ fn quiet_says_nothing_and_a_pipe_gets_no_colours() {
 
 #[test]
 fn help_has_examples_that_run() {
-    for verb in ["", "solve", "info", "diagnose", "convert", "simulate", "plot", "completions"] {
+    for verb in
+        ["", "solve", "info", "diagnose", "convert", "simulate", "plot", "pose", "consistency", "completions"]
+    {
         let run = Folder::new().boxplus(&format!("{verb} --help"));
         assert_eq!((run.code, run.stderr.as_str()), (0, ""), "{verb}");
         assert!(run.stdout.contains("Examples:"), "{verb}");

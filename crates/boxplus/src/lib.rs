@@ -6,12 +6,13 @@
 //! |---|---|---|
 //! | [`lie`] | groups: Exp, Log, ⊞, ⊟, adjoints, every Jacobian on both sides | always, `no_std` |
 //! | [`uncertainty`] | uncertain elements: compose, relate, fuse, transform, judge; to fourth order, on both sides | always, `no_std` |
+//! | [`registration`] | clouds of points laid upon each other: in closed form where pairs are known, else by iterated closest points | always, `no_std` (`registration`: scans) |
 //! | [`trajectory`] | curves, splines, kinematics, integrators, noise over time, inertial sensors | always, `no_std` |
 //! | [`filter`] | filters: one belief carried through motions and measurements, and whether it can be believed | always, `no_std` (`rand`: Monte Carlo) |
 //! | `graph` | factor graphs: the estimate that fits all measurements best, and how sure it is | `solve` (`parallel`: on all cores) |
 //! | `pose_graph` | pose graphs as data: statistics, faults, simulators, and their optimum | `io` (and `solve`) |
 //! | `recording` | recorded sensors, filters that go through them, and how right they were | `std` |
-//! | `io` | files: g2o, TORO, iSAM; TUM, EuRoC, KITTI, MRCLAM | `io` |
+//! | `io` | files: g2o, TORO, iSAM; TUM, EuRoC, KITTI, MRCLAM; point clouds in PLY, PCD, text and KITTI's binary | `io` |
 #![cfg_attr(not(feature = "std"), no_std)]
 
 pub use nalgebra;
@@ -24,12 +25,17 @@ pub mod io;
 pub mod lie;
 #[cfg(any(feature = "solve", feature = "io"))]
 mod partition;
+#[cfg(any(feature = "solve", feature = "registration"))]
+mod pool;
 #[cfg(feature = "io")]
 pub mod pose_graph;
 #[cfg(all(test, feature = "solve", feature = "io"))]
 mod public_graphs;
 #[cfg(feature = "std")]
 pub mod recording;
+pub mod registration;
+#[cfg(any(feature = "solve", feature = "registration"))]
+mod robust;
 pub mod trajectory;
 pub mod uncertainty;
 

@@ -5,8 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules in reading order.
-const ORDER: [&str; 8] =
-    ["lie", "uncertainty", "trajectory", "filter", "graph", "pose_graph", "recording", "io"];
+const ORDER: [&str; 9] =
+    ["lie", "uncertainty", "registration", "trajectory", "filter", "graph", "pose_graph", "recording", "io"];
 
 fn sources(folder: &Path) -> Vec<PathBuf> {
     let mut found = vec![];
@@ -69,5 +69,19 @@ fn filter_and_graph_never_meet() {
         for path in sources(&root.join(module)) {
             assert!(!code(&path).contains("crate::filter"), "{} imports crate::filter", path.display());
         }
+    }
+}
+
+/// Words in backticks of `docs/properties.md` that name a file or a folder.
+#[test]
+fn the_tests_that_hold_a_property_are_where_the_document_says() {
+    let (root, crate_root) =
+        (Path::new(env!("CARGO_MANIFEST_DIR")).join("../.."), env!("CARGO_MANIFEST_DIR"));
+    let text = fs::read_to_string(root.join("docs/properties.md")).unwrap();
+    let paths: Vec<_> = text.split('`').filter(|word| word.contains('/') && !word.contains(' ')).collect();
+    assert!(paths.len() > 20);
+    for path in paths {
+        let found = root.join(path).exists() || Path::new(crate_root).join(path).exists();
+        assert!(found, "{path} does not exist");
     }
 }

@@ -167,6 +167,11 @@ impl<const FAULT: usize, S: Real> LieGroup<2> for Faulty<FAULT, S> {
         let left_instead = Affine::right_jacobian_inverse(&-tau);
         if FAULT == 6 { left_instead } else { Affine::right_jacobian_inverse(tau) }
     }
+    fn right_jacobian_derivative(tau: &Vector2<S>, delta: &Vector2<S>) -> Matrix2<S> {
+        // −½ad: right at 0 only.
+        let at_zero = Affine::small_adjoint(delta) * S::lit(-0.5);
+        if FAULT == 8 { at_zero } else { Affine::right_jacobian_derivative(tau, delta) }
+    }
     fn hat(tau: &Vector2<S>) -> Matrix2<S> {
         Affine::hat(tau)
     }
@@ -190,6 +195,7 @@ fn a_faulty_group_is_told_which_law_fails() {
     assert_eq!(law(laws::check_group::<Faulty<5>, 2>()), "J_l = Σ adᵏ/(k + 1)!");
     assert_eq!(law(laws::check_group::<Faulty<6>, 2>()), "J_r·J_r⁻¹ = I");
     assert_eq!(law(laws::check_group::<Faulty<7>, 2>()), "vee(hat(τ)) = τ");
+    assert_eq!(law(laws::check_group::<Faulty<8>, 2>()), "DJ_r[δ] is that of the series");
 }
 
 /// A share between 0 and 1, moved by its log-odds: a manifold of a user's own, written without the group trait.

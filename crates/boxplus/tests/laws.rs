@@ -1,4 +1,4 @@
-//! Every group passes the public law suite in `f64` and `f32`: one line each.
+//! Every group passes the public law suite in `f64`, `f32` and dual numbers: one line each.
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use boxplus::lie::{LieGroup, Rn, RxSO2, RxSO3, S3, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3, laws};
@@ -16,6 +16,11 @@ macro_rules! laws {
             #[test]
             fn is_a_lie_group_in_f32() {
                 laws::check_group::<Single, $d>().unwrap();
+            }
+            #[cfg(feature = "autodiff")]
+            #[test]
+            fn is_a_lie_group_in_dual_numbers() {
+                laws::check_group::<<$group as LieGroup<$d>>::Over<num_dual::Dual64>, $d>().unwrap();
             }
             #[test]
             fn acts_on_points_in_f64_and_f32() {

@@ -1,6 +1,7 @@
-//! Pose graphs on paper: one drawing, as SVG, and as PNG from the same SVG.
+//! Pose graphs and charts on paper: one drawing, as SVG, and as PNG from the same SVG.
 
 mod camera;
+mod chart;
 mod colour;
 mod from_graph;
 mod legend;
@@ -11,6 +12,7 @@ mod scene;
 mod strokes;
 mod window;
 
+pub use chart::{Chart, Strip};
 pub use from_graph::Places;
 pub use png::render as png;
 pub use scene::{Ellipse, Scene};

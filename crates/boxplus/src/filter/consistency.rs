@@ -3,8 +3,10 @@
 use super::{Innovation, Update};
 use crate::lie::{LieGroup, Real};
 use crate::uncertainty::{ChiSquared, Covariance, Gaussian, Side, UncertaintyError};
+use nalgebra::SVector;
 use rand::SeedableRng;
 use std::num::NonZeroUsize;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::{thread, vec, vec::Vec};
 
 /// A Monte-Carlo experiment: independent runs of a simulation with a filter in it, and the statistics of its errors.
@@ -74,8 +76,18 @@ impl Default for MonteCarlo {
 /// What one run records, by name and in the order of its times.
 #[derive(Clone, Debug, Default)]
 pub struct Run {
-    series: Vec<(&'static str, usize, Vec<Sample>)>,
+    series: Vec<Recorded>,
     refused: usize,
+}
+
+/// One quantity of one run.
+#[derive(Clone, Debug)]
+struct Recorded {
+    name: &'static str,
+    /// In the order of the times.
+    samples: Vec<Sample>,
+    /// Sum over the times of the square of each coordinate.
+    squares: Vec<f64>,
 }
 
 /// Two squares of one error: by its covariance, and plain.
@@ -100,12 +112,12 @@ impl Run {
     pub fn error<const N: usize, S: Real>(
         &mut self,
         name: &'static str,
-        error: &nalgebra::SVector<S, N>,
+        error: &SVector<S, N>,
         covariance: &Covariance<N, S>,
     ) {
         // Certain and wrong is infinitely overconfident; NaN stays NaN, and shows.
         let normalised = covariance.mahalanobis_squared(error).map_or(f64::INFINITY, Real::value);
-        self.push(name, N, Sample { normalised, square: error.norm_squared().value() });
+        self.push(name, &error.map(Real::value), normalised);
     }
 
     /// The innovation of an update, its NIS; a refused measurement is counted.
@@ -116,17 +128,20 @@ impl Run {
     ) {
         match update.innovation() {
             Some(Innovation { value, nis, .. }) => {
-                self.push(name, M, Sample { normalised: nis.value(), square: value.norm_squared().value() });
+                self.push(name, &value.map(Real::value), nis.value());
             }
             None => self.refused += 1,
         }
     }
 
-    fn push(&mut self, name: &'static str, dimension: usize, sample: Sample) {
-        match self.series.iter_mut().find(|(known, ..)| *known == name) {
-            Some((_, _, samples)) => samples.push(sample),
-            None => self.series.push((name, dimension, vec![sample])),
-        }
+    fn push<const N: usize>(&mut self, name: &'static str, error: &SVector<f64, N>, normalised: f64) {
+        let place = self.series.iter().position(|known| known.name == name).unwrap_or_else(|| {
+            self.series.push(Recorded { name, samples: Vec::new(), squares: vec![0.0; N] });
+            self.series.len() - 1
+        });
+        let recorded = &mut self.series[place];
+        recorded.samples.push(Sample { normalised, square: error.norm_squared() });
+        recorded.squares.iter_mut().zip(error).for_each(|(sum, x)| *sum += x * x);
     }
 }
 
@@ -163,6 +178,8 @@ pub struct Series {
     pub interval: [f64; 2],
     /// √ of the average of |error|² over all runs and times.
     pub rmse: f64,
+    /// The same of each coordinate, in its own unit.
+    pub rmse_of_coordinates: Vec<f64>,
     /// The average over the runs, time by time, as far as every run recorded it.
     pub mean_by_time: Vec<f64>,
     /// RMSE, time by time.
@@ -201,12 +218,9 @@ impl Series {
     }
 
     /// Of the runs that recorded it.
-    fn of(
-        name: &'static str,
-        runs: &[&[Sample]],
-        dimension: usize,
-        p: f64,
-    ) -> Result<Self, UncertaintyError> {
+    fn of(name: &'static str, recorded: &[&Recorded], p: f64) -> Result<Self, UncertaintyError> {
+        let dimension = recorded.iter().map(|run| run.squares.len()).min().unwrap_or(0);
+        let runs: Vec<&[Sample]> = recorded.iter().map(|run| run.samples.as_slice()).collect();
         let n = runs.len();
         let all: Vec<Sample> = runs.iter().flat_map(|run| run.iter().copied()).collect();
         let mean = average(all.iter().map(|s| s.normalised));
@@ -224,6 +238,9 @@ impl Series {
             standard_error: if n > 1 { (scatter / (n * (n - 1)) as f64).sqrt() } else { f64::INFINITY },
             interval: ChiSquared::new(dimension * n).interval(p)?.map(|x| x / n as f64),
             rmse: average(all.iter().map(|s| s.square)).sqrt(),
+            rmse_of_coordinates: (0..dimension)
+                .map(|i| (recorded.iter().map(|run| run.squares[i]).sum::<f64>() / all.len() as f64).sqrt())
+                .collect(),
             mean_by_time: (0..times).map(|k| average(at(k).map(|s| s.normalised))).collect(),
             rmse_by_time: (0..times).map(|k| average(at(k).map(|s| s.square)).sqrt()).collect(),
         })
@@ -244,26 +261,44 @@ impl MonteCarlo {
         &self,
         simulation: impl Fn(&mut R, &mut Run) -> Result<(), super::FilterError> + Sync,
     ) -> Result<Report, ConsistencyError> {
-        let single = |i: usize| {
+        self.run_while(|_| true, simulation)
+    }
+
+    /// The same, as long as `proceed` says so: it is asked before each run, with the number of runs that are finished. The report
+    /// is of the runs that were made.
+    ///
+    /// # Errors
+    /// Those of [`MonteCarlo::run`].
+    pub fn run_while<R: SeedableRng>(
+        &self,
+        proceed: impl Fn(usize) -> bool + Sync,
+        simulation: impl Fn(&mut R, &mut Run) -> Result<(), super::FilterError> + Sync,
+    ) -> Result<Report, ConsistencyError> {
+        let finished = AtomicUsize::new(0);
+        let single = |i: usize| -> Result<_, super::FilterError> {
+            if !proceed(finished.load(Ordering::Relaxed)) {
+                return Ok(None);
+            }
             let (mut rng, mut run) = (R::seed_from_u64(self.seed.wrapping_add(i as u64)), Run::default());
-            simulation(&mut rng, &mut run).map(|()| run)
+            simulation(&mut rng, &mut run)?;
+            finished.fetch_add(1, Ordering::Relaxed);
+            Ok(Some(run))
         };
         let runs = in_order(self.runs, self.threads.get(), single)?;
-        Ok(self.report(&runs)?)
+        Ok(self.report(&runs.into_iter().flatten().collect::<Vec<_>>())?)
     }
 
     fn report(&self, runs: &[Run]) -> Result<Report, UncertaintyError> {
-        let mut names: Vec<(&'static str, usize)> = Vec::new();
-        for (name, dimension, _) in runs.iter().flat_map(|run| &run.series) {
-            if !names.iter().any(|(known, _)| known == name) {
-                names.push((*name, *dimension));
+        let all = || runs.iter().flat_map(|run| &run.series);
+        let mut names: Vec<&'static str> = Vec::new();
+        for recorded in all() {
+            if !names.contains(&recorded.name) {
+                names.push(recorded.name);
             }
         }
-        let series = names.iter().map(|&(name, dimension)| {
-            let all = runs.iter().flat_map(|run| &run.series);
-            let recorded: Vec<&[Sample]> =
-                all.filter(|(other, ..)| *other == name).map(|(.., samples)| samples.as_slice()).collect();
-            Series::of(name, &recorded, dimension, self.confidence)
+        let series = names.iter().map(|&name| {
+            let recorded: Vec<_> = all().filter(|recorded| recorded.name == name).collect();
+            Series::of(name, &recorded, self.confidence)
         });
         let series = series.collect::<Result<Vec<_>, _>>()?;
         Ok(Report { series, refused: runs.iter().map(|run| run.refused).sum() })

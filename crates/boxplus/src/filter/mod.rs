@@ -44,7 +44,7 @@
 //! | biases, calibration, several bodies | one [`bundle!`](crate::bundle), its fields measured through [`Part`] |
 //! | the whole past, not only now | [`Smoother`] |
 //! | measurements that come late | [`Replay`] |
-//! | can the covariance be believed? | `MonteCarlo` (feature `rand`) |
+//! | can the covariance be believed? | `MonteCarlo`, on a `Simulation` or one of your own (feature `rand`) |
 //!
 //! # The side of the error
 //!
@@ -87,6 +87,8 @@ mod model;
 mod models;
 #[cfg(feature = "std")]
 mod replay;
+#[cfg(all(feature = "rand", feature = "std"))]
+mod simulations;
 #[cfg(feature = "std")]
 mod smooth;
 mod step;
@@ -102,6 +104,8 @@ pub use model::{Measurement, Motion, check_measurement, check_motion};
 pub use models::*;
 #[cfg(feature = "std")]
 pub use replay::Replay;
+#[cfg(all(feature = "rand", feature = "std"))]
+pub use simulations::{Rule, Simulation, Trial, UnknownSimulation};
 #[cfg(feature = "std")]
 pub use smooth::Smoother;
 pub use step::{Filter, Gate, Innovation, Outcome, Predicted, Update};

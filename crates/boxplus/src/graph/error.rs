@@ -1,8 +1,8 @@
 //! What can be wrong with a graph.
 
+use super::Kernel;
 use super::diagnose::Unconstrained;
 use super::names::{FactorName, VariableName};
-use super::robust::Kernel;
 
 /// Why a graph cannot be solved, or a matrix cannot be a noise.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -37,7 +37,6 @@ pub(crate) mod linear;
 mod marginals;
 mod names;
 mod noise;
-mod robust;
 mod set;
 mod solve;
 mod values;
@@ -48,6 +47,7 @@ pub use diagnose::{FreeCoordinate, Unconstrained};
 pub use error::GraphError;
 pub use factor::{Factor, FactorId, MAX_ARITY, Variables, dual_jacobians};
 
+pub use crate::robust::{Kernel, KernelError};
 pub use factors::{
     Bearing2, Bearing3, Between, Chart, Chordal, Difference, G2o, Log, Prior, Product, Range, Sighting2,
     Sighting3,
@@ -58,7 +58,6 @@ pub use initialise::{Initial, Initialisation};
 pub use marginals::Marginals;
 pub use names::{FactorName, VariableName};
 pub use noise::Noise;
-pub use robust::{Kernel, KernelError};
 #[cfg(feature = "io")]
 pub(crate) use solve::clock::Clock;
 pub use solve::{

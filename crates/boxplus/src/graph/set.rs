@@ -5,11 +5,11 @@ use core::ops::Range;
 
 use nalgebra::DVector;
 
+use super::Kernel;
 use super::factor::{Factor, Slots, Variables};
 use super::linear::structure::{Normal, SetPlan};
 use super::linear::vector::dot;
 use super::noise::Noise;
-use super::robust::Kernel;
 use super::values::{Offsets, Values, VariableId};
 
 /// All factors of one type.

@@ -27,9 +27,9 @@ pub struct Place {
     pub field: u32,
     /// Bytes in the text.
     pub span: Range<usize>,
-    /// First word of the line.
+    /// First word of the line; empty in formats whose lines have none.
     pub tag: String,
-    /// The fields of such a line, where the tag is known.
+    /// The fields of such a line, where the tag is known; without a tag, what was expected.
     pub layout: Option<&'static str>,
 }
 
@@ -37,6 +37,9 @@ impl Place {
     /// What the layout calls the field.
     pub fn expected(&self) -> Option<&'static str> {
         let layout = self.layout?;
+        if self.tag.is_empty() {
+            return Some(layout); // lines without tags: what the one field should be
+        }
         let last = layout.rsplit(' ').next();
         layout.split(' ').nth(self.field.checked_sub(1)? as usize).or(last)
     }
@@ -146,11 +149,71 @@ pub enum IoErrorKind {
         /// The line that gave it first.
         first: u32,
     },
+    /// A cloud without any point that is finite.
+    #[error("no points in this file ({dropped} with coordinates that are not finite)")]
+    NoPoints {
+        /// How many points have a coordinate that is NaN or infinite.
+        dropped: usize,
+    },
+    /// A length that no number of points has.
+    #[error("{bytes} bytes are no whole number of points of three or four 32-bit floats")]
+    NotPoints {
+        /// Length of the file.
+        bytes: usize,
+    },
+    /// The bytes end before what the header promises.
+    #[error("the file ends at byte {offset}, {missing} bytes before what its header promises")]
+    Truncated {
+        /// Length of the file.
+        offset: usize,
+        /// How many bytes are missing, at least.
+        missing: usize,
+    },
+    /// The lines end before what the header promises.
+    #[error("the file ends after {given} of {promised} lines that its header promises")]
+    TooFewLines {
+        /// How many there are.
+        given: usize,
+        /// How many should be.
+        promised: usize,
+    },
+    /// A word that the header of a cloud cannot have there.
+    #[error("`{found}` cannot stand here")]
+    UnknownWord {
+        /// The word.
+        found: Box<str>,
+    },
+    /// A header that does not end.
+    #[error("the header has no `{end}`")]
+    HeaderOpen {
+        /// What should end it.
+        end: &'static str,
+    },
+    /// A line of the header that is missing, or has another number of entries than the others.
+    #[error("`{what}` is missing in the header, or has not one entry per field")]
+    HeaderLacks {
+        /// First word of the line.
+        what: &'static str,
+    },
+    /// A type of numbers that does not exist.
+    #[error("no number of the given type has {size} bytes")]
+    NumberType {
+        /// What SIZE says.
+        size: usize,
+    },
+    /// A header without coordinates.
+    #[error("the points have no x and y")]
+    NoCoordinates,
+    /// The compressed body does not decode.
+    #[error("the compressed points are corrupt")]
+    LzfCorrupt,
 }
 
 impl IoErrorKind {
     fn is_about_one_field(&self) -> bool {
-        use IoErrorKind::{HugeId, MissingField, NegativeId, NotANumber, NotATime, NotAnId, NotFinite};
+        use IoErrorKind::{
+            HugeId, MissingField, NegativeId, NotANumber, NotATime, NotAnId, NotFinite, UnknownWord,
+        };
         matches!(
             self,
             MissingField
@@ -160,6 +223,7 @@ impl IoErrorKind {
                 | NotAnId { .. }
                 | NegativeId { .. }
                 | HugeId { .. }
+                | UnknownWord { .. }
         )
     }
 }
@@ -170,6 +234,7 @@ impl fmt::Display for IoError {
         let Some(place) = &self.place else { return write!(f, " {}", self.kind) };
         write!(f, "{}:{}: {}", place.line, place.column, self.kind)?;
         match place.expected().filter(|_| self.kind.is_about_one_field()) {
+            Some(expected) if place.tag.is_empty() => write!(f, "; expected {expected}"),
             Some(expected) => write!(f, "; expected {expected} in field {} of {}", place.field, place.tag),
             None => Ok(()),
         }
@@ -214,6 +279,19 @@ impl IoError {
             IoErrorKind::NoSamples { .. } => "is it the right file? Compare its first lines with the format's".into(),
             IoErrorKind::MissingColumn { .. } => self.columns_help(),
             IoErrorKind::TooLarge { .. } => "unpack it with `gzip -d` if it is meant to be so large".into(),
+            IoErrorKind::NoPoints { .. }
+            | IoErrorKind::UnknownWord { .. }
+            | IoErrorKind::HeaderOpen { .. }
+            | IoErrorKind::HeaderLacks { .. }
+            | IoErrorKind::NumberType { .. }
+            | IoErrorKind::NoCoordinates => {
+                "point clouds are PLY, PCD, lines of two or three numbers, or KITTI's .bin, plain or gzip"
+                    .into()
+            }
+            IoErrorKind::NotPoints { .. }
+            | IoErrorKind::Truncated { .. }
+            | IoErrorKind::TooFewLines { .. }
+            | IoErrorKind::LzfCorrupt => "fetch or copy the file again; it was cut off or damaged".into(),
             IoErrorKind::MissingField
             | IoErrorKind::TooManyFields { .. }
             | IoErrorKind::NotANumber { .. } => self.layout_help(),

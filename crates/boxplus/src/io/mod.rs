@@ -8,6 +8,8 @@
 //! | [TORO](Format::Toro) | `VERTEX2`, `VERTEX3` | `EDGE2`, `EDGE3` |
 //! | [iSAM](Format::Isam) | none | `ODOMETRY`, `EDGE2`, `EDGE3`, `LANDMARK`, `POINT3`, with the square root of the information |
 //!
+//! Clouds of points have files of their own, [`cloud`].
+//!
 //! Lines with other tags are kept in [`PoseGraph::other`]. Comments (`#` at the start of a line) are dropped.
 //!
 //! ```
@@ -35,6 +37,7 @@
 //!
 //! Samples come out in order of time, see [`Log`](crate::recording::Log); what was odd is told, not hidden.
 
+pub mod cloud;
 mod elements;
 mod error;
 mod g2o;

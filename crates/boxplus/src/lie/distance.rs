@@ -66,7 +66,7 @@ impl<S: Real> SO3<S> {
     #[inline]
     pub fn angle_to(&self, other: &Self) -> S {
         let (sin, cos) = self.half_angle_to(other);
-        sin.simd_atan2(cos) * S::lit(2.0)
+        S::polar_angle(sin, cos) * S::lit(2.0)
     }
 
     /// ‖R₁ − R₂‖ of Frobenius, 2√2·sin(θ/2), in \[0, 2√2\].

@@ -62,13 +62,6 @@ pub(super) fn arc<S: Real>(w: S) -> S {
     S::one() + u * if S::EPSILON > 1e-10 { polynomial(&ARC_SINGLE, u) } else { polynomial(&ARC, u) }
 }
 
-/// The angle of the unit vector (x, y): ±(π − arcsin|y|) where x < 0, and −0 and 0 are told apart.
-#[cfg_attr(not(debug_assertions), inline(always))]
-pub(super) fn polar_angle<S: Real>(y: S, x: S) -> S {
-    let near = y * arc(x.simd_abs());
-    S::choose(x.simd_lt(S::zero()), || S::simd_pi().simd_copysign(y) - near, || near)
-}
-
 #[cfg_attr(not(debug_assertions), inline(always))]
 fn horner<const N: usize>(a: &[f64; N], x: f64) -> f64 {
     a.iter().rev().fold(0.0, |sum, a| sum * x + a)

@@ -64,6 +64,14 @@ pub enum LieError {
     /// A rotation that turns the axis over, whose twist about that axis can be anything.
     #[error("the rotation turns the axis over; its twist about the axis is undetermined")]
     AxisReversed,
+    /// The identity, whose axis can be any and so has no derivative.
+    #[error("the identity turns about no axis; differentiate its rotation vector, `log_jac`")]
+    NoAxis,
+    /// Opposite directions, between which the shortest rotation jumps.
+    #[error(
+        "the directions are opposite; the shortest rotation between them jumps there and has no derivative"
+    )]
+    Opposite,
     /// A whole number of turns, where a translation has no logarithm.
     #[error(
         "after whole turns the rotation is the identity and a translation has no logarithm there; take `log`"

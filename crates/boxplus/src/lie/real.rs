@@ -32,11 +32,11 @@ pub trait Real: SimdRealField<Element: SimdRealField> + Copy + Send + Sync + 'st
         self.simd_exp()
     }
 
-    /// The angle of the unit vector (x, y), in \[−π, π\]. Derivatives of dual numbers are right on the axes, too, where atan(y/x)
-    /// divides by zero or cancels.
+    /// The angle of the point (x, y), in \[−π, π\]. Derivatives of dual numbers are right on the axes, too, where atan(y/x)
+    /// divides by zero or cancels; at (0, 0), where there are none, they are 0.
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn polar_angle(y: Self, x: Self) -> Self {
-        elementary::polar_angle(y, x)
+        y.simd_atan2(x)
     }
 
     /// θ/sin θ with sin² θ and cos θ ≥ 0 given: 1 at θ = 0, where nothing is divided, and π/2 at a right angle.

@@ -79,7 +79,7 @@ impl<S: Real> S2<S> {
     #[inline]
     pub fn angle_to(&self, other: &Self) -> S {
         let (apart, sum) = (self.n - other.n, self.n + other.n);
-        apart.norm_squared().simd_sqrt().simd_atan2(sum.norm_squared().simd_sqrt()) * S::lit(2.0)
+        S::polar_angle(apart.norm_squared().simd_sqrt(), sum.norm_squared().simd_sqrt()) * S::lit(2.0)
     }
 
     /// The distance |n − m| through space, in \[0, 2\].

@@ -28,7 +28,8 @@ fn rotation<S: Real>(angles: &Vector3<S>) -> (SO3<S>, Matrix3<S>) {
 /// (yaw, pitch, roll) of R, yaw and roll in (−π, π], |pitch| ≤ π/2.
 fn angles<S: Real>(r: &Matrix3<S>) -> Vector3<S> {
     let cosine = (r.m11 * r.m11 + r.m21 * r.m21).simd_sqrt();
-    Vector3::new(r.m21.simd_atan2(r.m11), (-r.m31).simd_atan2(cosine), r.m32.simd_atan2(r.m33))
+    let polar = S::polar_angle;
+    Vector3::new(polar(r.m21, r.m11), polar(-r.m31, cosine), polar(r.m32, r.m33))
 }
 
 /// E⁻¹ at (yaw, pitch, roll), unless the pitch is ±π/2 to half of the digits.

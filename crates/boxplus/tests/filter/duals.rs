@@ -58,7 +58,7 @@ struct Seen(RangeBearing);
 impl SmoothMeasurement<SE2, 3, 2> for Seen {
     fn innovation<S: Real>(&self, x: &SE2<S>) -> SVector<S, 2> {
         let b = x.act_inverse(&self.0.beacon.map(S::lit));
-        let bearing = SO2::from_angle(S::lit(self.0.measured.y) - b.y.simd_atan2(b.x)).angle();
+        let bearing = SO2::from_angle(S::lit(self.0.measured.y) - S::polar_angle(b.y, b.x)).angle();
         vector![S::lit(self.0.measured.x) - b.norm_squared().simd_sqrt(), bearing]
     }
     fn noise(&self) -> Covariance<2> {
@@ -79,4 +79,10 @@ fn duals_find_the_jacobians_of_range_and_bearing() {
         let ((z, h), (z_dual, h_dual)) = (seen.innovation_jac(&x), ByDuals(Seen(seen)).innovation_jac(&x));
         assert!((z_dual - z).amax() < 1e-15 && (h_dual - h).amax() < 1e-15);
     }
+    // Abeam, where atan(y/x) divides by zero.
+    let seen =
+        RangeBearing { beacon: vector![0.0, 2.0], measured: vector![2.0, 1.5], noise: Covariance::unit() };
+    let (closed, dual) =
+        (seen.innovation_jac(&SE2::identity()), ByDuals(Seen(seen)).innovation_jac(&SE2::identity()));
+    assert!((dual.0 - closed.0).amax() < 1e-15 && (dual.1 - closed.1).amax() < 1e-15);
 }

@@ -12,6 +12,8 @@ mod models;
 mod published;
 mod refused;
 mod sides;
+#[cfg(feature = "rand")]
+mod simulations;
 mod single;
 #[cfg(feature = "std")]
 mod smooth;

@@ -2,7 +2,7 @@
 
 use boxplus::filter::{
     Attitude, DeadReckoning, DifferentialDrive, Gyroscope, Imu, ImuNoise, Inertial, InertialState, Motion,
-    Odometry, Part, PositionFix, Range, RangeBearing, Sighting, VectorSighting, WheelTravel,
+    Odometry, Part, PositionFix, Range, RangeBearing, Sighting, VectorSighting, VelocityFix, WheelTravel,
     check_measurement, check_motion,
 };
 use boxplus::lie::{LieGroup, Rn, SE2, SE3, SE23, SO3};
@@ -56,6 +56,8 @@ fn measurements_have_the_jacobians_they_state() {
         let sighting = Sighting { landmark: tangent(s + 1.0), measured: tangent(s), noise: cov::<3>() };
         assert!(check_measurement(&sighting, &pose) < AGREES);
         assert!(check_measurement(&sighting, &SE23::exp(&tangent(s))) < AGREES);
+        let velocity = VelocityFix { measured: tangent(s + 1.0), noise: cov() };
+        assert!(check_measurement(&velocity, &SE23::exp(&(tangent(s) * 3.0))) < AGREES);
         let fix = PositionFix { antenna: tangent(s + 2.0), measured: tangent(s), noise: cov::<3>() };
         assert!(check_measurement(&fix, &pose) < AGREES);
         let north = VectorSighting { reference: tangent(s + 3.0), measured: tangent(s), noise: cov::<3>() };

@@ -1,9 +1,9 @@
 //! Elements do not leave their group, however often they are composed.
 
-use boxplus::lie::{LieGroup, Real, RxSO3, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
+use boxplus::lie::{LieGroup, R3xSO3, Real, RxSO2, RxSO3, S3, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
 use nalgebra::{SVector, Vector3};
 
-use crate::{EPS, quaternion_error};
+use crate::quaternion_error;
 
 /// 10⁷ compositions with generic increments; `norm` measures the distance from the group.
 fn drifts_at_most<G: LieGroup<D>, const D: usize>(norm: impl Fn(&G) -> f64, bound: f64) {
@@ -19,43 +19,41 @@ fn drifts_at_most<G: LieGroup<D>, const D: usize>(norm: impl Fn(&G) -> f64, boun
     }
 }
 
-#[test]
-fn ten_million_compositions_stay_on_so2_and_se2() {
-    let error = |r: SO2| (r.cos().powi(2) + r.sin().powi(2) - 1.0).abs() / EPS;
-    drifts_at_most::<SO2, 1>(|x| error(*x), 4.0);
-    drifts_at_most::<SE2, 3>(|x| error(x.rotation()), 4.0);
+/// How far a stored (cos, sin) is from unit norm, in units of ε.
+fn unit_error<S: Real>(r: &SO2<S>) -> f64 {
+    (r.cos().value().powi(2) + r.sin().value().powi(2) - 1.0).abs() / S::EPSILON
+}
+
+macro_rules! drift {
+    ($($name:ident: $group:ident, $d:literal, $error:expr;)*) => { $(
+        #[test]
+        fn $name() {
+            drifts_at_most::<$group, $d>($error, 4.0);
+            drifts_at_most::<$group<f32>, $d>($error, 4.0);
+        }
+    )* };
+}
+
+drift! {
+    ten_million_compositions_stay_on_so2: SO2, 1, unit_error;
+    ten_million_compositions_stay_on_se2: SE2, 3, |x| unit_error(&x.rotation());
+    ten_million_compositions_stay_on_so3: SO3, 3, quaternion_error;
+    ten_million_compositions_stay_on_s3: S3, 3, |x| quaternion_error(&SO3::from(*x));
+    ten_million_compositions_stay_on_se3: SE3, 6, |x| quaternion_error(&x.rotation());
+    ten_million_compositions_stay_on_r3xso3: R3xSO3, 6, |x| quaternion_error(&x.rotation());
+    ten_million_compositions_stay_on_se23: SE23, 9, |x| quaternion_error(&x.rotation());
+    ten_million_compositions_stay_on_sgal3: SGal3, 10, |x| quaternion_error(&x.rotation());
+    ten_million_compositions_stay_on_rxso2: RxSO2, 2, |x| unit_error(&x.rotation());
+    ten_million_compositions_stay_on_rxso3: RxSO3, 4, |x| quaternion_error(&x.rotation());
+    ten_million_compositions_stay_on_sim2: Sim2, 4, |x| unit_error(&x.rotation());
+    ten_million_compositions_stay_on_sim3: Sim3, 7, |x| quaternion_error(&x.rotation());
 }
 
 #[test]
-fn ten_million_compositions_stay_on_so3() {
-    drifts_at_most::<SO3, 3>(quaternion_error, 4.0);
-    drifts_at_most::<SO3<f32>, 3>(quaternion_error, 4.0);
-}
-
-#[test]
-fn ten_million_compositions_stay_on_se3() {
-    drifts_at_most::<SE3, 6>(|x| quaternion_error(&x.rotation()), 4.0);
-}
-
-#[test]
-fn ten_million_compositions_stay_on_se23() {
-    drifts_at_most::<SE23, 9>(|x| quaternion_error(&x.rotation()), 4.0);
-}
-
-#[test]
-fn ten_million_compositions_stay_on_sgal3() {
-    drifts_at_most::<SGal3, 10>(|x| quaternion_error(&x.rotation()), 4.0);
-}
-
-#[test]
-fn ten_million_compositions_stay_on_sim3_and_keep_the_scale() {
-    // The eight steps multiply to the scale 1 up to rounding, which accumulates in σ as in any sum; the rotation stays.
-    drifts_at_most::<Sim3, 7>(|x| quaternion_error(&x.rotation()), 4.0);
+fn ten_million_compositions_keep_the_scale() {
+    // Steps that multiply to the scale 1 do so up to rounding, which accumulates in σ as in any sum.
     let step = |sigma| Sim3::new(SO3::exp(&Vector3::new(0.1, 0.2, 0.3)), Vector3::zeros(), sigma);
     let (up, down) = (step(0.7), step(-0.7));
     let end = (0..5_000_000).fold(Sim3::identity(), |x, _| x.compose(&up).compose(&down));
     assert_eq!(end.scale(), 1.0);
-    let turned = |r: SO2| (r.cos().powi(2) + r.sin().powi(2) - 1.0).abs() / EPS;
-    drifts_at_most::<RxSO3, 4>(|x| quaternion_error(&x.rotation()), 4.0);
-    drifts_at_most::<Sim2, 4>(|x| turned(x.rotation()), 4.0);
 }

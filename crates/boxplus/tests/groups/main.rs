@@ -1,7 +1,10 @@
-//! What holds of particular groups: behaviour at the cut, constructors; in rooms of their own matrices and subgroups, drift.
+//! What holds of particular groups: behaviour at the cut, constructors; in rooms of their own matrices and subgroups, drift,
+//! units of length, and any bits.
 #![allow(missing_docs, clippy::unwrap_used)]
 
+mod any_bits;
 mod drift;
+mod scales;
 mod subgroups;
 
 use boxplus::lie::{Action, LieError, LieGroup, Real, Rn, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};

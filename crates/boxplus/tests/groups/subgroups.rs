@@ -1,8 +1,10 @@
 //! Groups as their matrices, and as parts of each other.
 
 use super::{EPS, small_vector};
-use boxplus::lie::{Action, LieGroup, Rn, RxSO2, RxSO3, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
-use nalgebra::{Matrix4, SMatrix, SVector, Vector2, Vector3, Vector6};
+use boxplus::lie::{
+    Action, LieGroup, R3xSO3, Real, Rn, RxSO2, RxSO3, S3, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3, laws,
+};
+use nalgebra::{SMatrix, SVector, Vector2, Vector3, Vector6};
 use proptest::prelude::*;
 
 /// exp of a matrix by its power series, halved until small, then squared.
@@ -32,6 +34,7 @@ fn is_its_matrix_group<G, const D: usize, const N: usize>(
     assert!(close(to_matrix(&x.compose(&y)), mx * my), "compose is the product");
     assert!(close(to_matrix(&x.inverse()) * mx, SMatrix::identity()), "inverse is the inverse");
     assert!(close(G::hat(&G::bracket(&a, &b)), ha * hb - hb * ha), "bracket is the commutator");
+    assert!(close(G::hat(&(a * 2.0 - b)), ha * 2.0 - hb), "hat is linear");
     assert!(close(G::hat(&(x.adjoint() * b)), mx * hb * to_matrix(&x.inverse())), "(Ad_X τ)^ = X·τ^·X⁻¹");
 }
 
@@ -147,80 +150,62 @@ proptest! {
         is_its_matrix_group::<RxSO2, 2, 2>(RxSO2::to_matrix, a.xy(), b.xy());
     }
     #[test]
-    fn se3_is_the_subgroup_of_sim3_at_scale_one(a in small_vector::<6>(1.7), b in small_vector::<6>(1.7)) {
-        let lift = |t: &Vector6<f64>| t.push(0.0);
-        let rows = |m: SMatrix<f64, 7, 7>| m.fixed_view::<6, 6>(0, 0).into_owned();
-        let (x, y, xs, ys) = (SE3::exp(&a), SE3::exp(&b), Sim3::exp(&lift(&a)), Sim3::exp(&lift(&b)));
-        prop_assert_eq!(xs.log_scale(), 0.0);
-        prop_assert!((Sim3::from_pose(&x).log() - lift(&x.log())).norm() < 16.0 * EPS);
-        prop_assert_eq!(Sim3::from_pose(&x).compose(&Sim3::from_pose(&y)), Sim3::from_pose(&x.compose(&y)));
-        prop_assert!((xs.compose(&ys).log() - lift(&x.compose(&y).log())).norm() < 128.0 * EPS);
-        prop_assert!((rows(xs.adjoint()) - x.adjoint()).amax() < 16.0 * EPS);
-        prop_assert!((rows(Sim3::right_jacobian(&lift(&a))) - SE3::right_jacobian(&a)).amax() < 16.0 * EPS);
-        let inverse = Sim3::right_jacobian_inverse(&lift(&a));
-        prop_assert!((rows(inverse) - SE3::right_jacobian_inverse(&a)).amax() < 32.0 * EPS);
-    }
-    #[test]
-    fn se2_is_the_subgroup_of_sim2_at_scale_one(a in small_vector::<3>(1.7), b in small_vector::<3>(1.7)) {
-        let lift = |t: &Vector3<f64>| t.push(0.0);
-        let rows = |m: Matrix4<f64>| m.fixed_view::<3, 3>(0, 0).into_owned();
-        let (x, y, xs, ys) = (SE2::exp(&a), SE2::exp(&b), Sim2::exp(&lift(&a)), Sim2::exp(&lift(&b)));
-        prop_assert_eq!(xs.log_scale(), 0.0);
-        prop_assert!((xs.compose(&ys).log() - lift(&x.compose(&y).log())).norm() < 64.0 * EPS);
-        prop_assert!((rows(xs.adjoint()) - x.adjoint()).amax() < 8.0 * EPS);
-        prop_assert!((rows(Sim2::right_jacobian(&lift(&a))) - SE2::right_jacobian(&a)).amax() < 8.0 * EPS);
-        let inverse = Sim2::right_jacobian_inverse(&lift(&a));
-        prop_assert!((rows(inverse) - SE2::right_jacobian_inverse(&a)).amax() < 8.0 * EPS);
-    }
-    #[test]
-    fn sim2_is_the_subgroup_of_sim3_in_the_plane(a in small_vector::<4>(1.7), b in small_vector::<4>(1.7)) {
+    fn subgroups_move_points_as_their_group_does(a in small_vector::<4>(1.7), p in small_vector::<3>(9.0)) {
+        let flat = Vector3::new(p.x, p.y, 0.0);
         let lift = |t: &SVector<f64, 4>| SVector::from([t.x, t.y, 0.0, 0.0, 0.0, t.z, t.w]);
-        let drop = |t: &SVector<f64, 7>| SVector::from([t[0], t[1], t[5], t[6]]);
-        let rows = |m: SMatrix<f64, 7, 7>| m.select_rows(&[0, 1, 5, 6]).select_columns(&[0, 1, 5, 6]);
-        let (x, y, x3, y3) = (Sim2::exp(&a), Sim2::exp(&b), Sim3::exp(&lift(&a)), Sim3::exp(&lift(&b)));
-        prop_assert!((drop(&x3.compose(&y3).log()) - x.compose(&y).log()).amax() < 128.0 * EPS);
-        prop_assert!((rows(x3.adjoint()) - x.adjoint()).amax() < 32.0 * EPS);
-        prop_assert!((rows(Sim3::right_jacobian(&lift(&a))) - Sim2::right_jacobian(&a)).amax() < 32.0 * EPS);
-        let inverse = Sim3::right_jacobian_inverse(&lift(&a));
-        prop_assert!((rows(inverse) - Sim2::right_jacobian_inverse(&a)).amax() < 64.0 * EPS);
+        let moved = Sim2::exp(&a).act(&p.xy());
+        let x3 = Sim3::exp(&lift(&a));
+        prop_assert!((x3.act(&flat).xy() - moved).norm() < 16.0 * EPS * (1.0 + x3.scale() * p.norm()));
+        let x = SE2::exp(&a.xyz());
+        prop_assert_eq!(Sim2::from_pose(&x).act(&p.xy()), x.act(&p.xy()));
+        let translation = a.xyz();
+        let pose = SE3::exp(&Vector6::new(translation.x, translation.y, translation.z, 0.0, 0.0, 0.0));
+        prop_assert_eq!(pose.act(&p), Rn::new(translation).act(&p));
     }
+}
 
-    #[test]
-    fn se2_is_the_subgroup_of_se3_in_the_plane(a in small_vector::<3>(1.7), b in small_vector::<3>(1.7)) {
-        let lift = |t: &Vector3<f64>| Vector6::new(t.x, t.y, 0.0, 0.0, 0.0, t.z);
-        let drop = |t: &Vector6<f64>| Vector3::new(t[0], t[1], t[5]);
-        let rows = |m: SMatrix<f64, 6, 6>| m.select_rows(&[0, 1, 5]).select_columns(&[0, 1, 5]);
-        let (x, y, x3, y3) = (SE2::exp(&a), SE2::exp(&b), SE3::exp(&lift(&a)), SE3::exp(&lift(&b)));
-        prop_assert!((drop(&x3.compose(&y3).log()) - x.compose(&y).log()).amax() < 64.0 * EPS);
-        prop_assert!((drop(&x3.rminus(&y3)) - x.rminus(&y)).amax() < 64.0 * EPS);
-        prop_assert!((rows(x3.adjoint()) - x.adjoint()).amax() < 16.0 * EPS);
-        prop_assert!((rows(SE3::right_jacobian(&lift(&a))) - SE2::right_jacobian(&a)).amax() < 16.0 * EPS);
-        let inverse = SE3::right_jacobian_inverse(&lift(&a));
-        prop_assert!((rows(inverse) - SE2::right_jacobian_inverse(&a)).amax() < 16.0 * EPS);
-        let p = Vector2::new(0.4, -1.3);
-        prop_assert!((x3.act(&Vector3::new(p.x, p.y, 0.0)).xy() - x.act(&p)).amax() < 16.0 * EPS);
-    }
-    #[test]
-    fn so2_is_the_subgroup_of_se2_at_the_origin(a in -3.0..3.0_f64, b in -3.0..3.0_f64) {
-        let (x, y) = (SO2::from_angle(a), SO2::from_angle(b));
-        let at = |r: SO2| SE2::from_parts(Vector2::zeros(), r);
-        prop_assert_eq!(at(x).compose(&at(y)), at(x.compose(&y)));
-        prop_assert_eq!(at(x).log(), Vector3::new(0.0, 0.0, x.angle()));
-        prop_assert_eq!(SE2::exp(&Vector3::new(0.0, 0.0, a)), at(x));
-    }
-    #[test]
-    fn so3_is_the_subgroup_of_se3_at_the_origin(a in small_vector::<3>(1.7), b in small_vector::<3>(1.7)) {
-        let at = |r: SO3| SE3::new(r, Vector3::zeros());
-        let (x, y) = (SO3::exp(&a), SO3::exp(&b));
-        prop_assert_eq!(at(x).compose(&at(y)), at(x.compose(&y)));
-        prop_assert_eq!(at(x).log().fixed_rows::<3>(3).into_owned(), x.log());
-        prop_assert_eq!(at(x).log().fixed_rows::<3>(0).into_owned(), Vector3::zeros());
-    }
-    #[test]
-    fn translations_are_the_subgroup_rn_of_se3(a in small_vector::<3>(9.0), b in small_vector::<3>(9.0)) {
-        let at = |t: Vector3<f64>| SE3::exp(&Vector6::new(t.x, t.y, t.z, 0.0, 0.0, 0.0));
-        let sum = Rn::new(a).compose(&Rn::new(b)).vector();
-        prop_assert_eq!(at(a).compose(&at(b)).translation(), sum);
-        prop_assert_eq!(at(a).act(&b), Rn::new(a).act(&b));
-    }
+/// The matrix, D×C, that puts the k-th coordinate of a subgroup at `places[k]`.
+fn places<S: Real, const D: usize, const C: usize>(places: [usize; C]) -> SMatrix<S, D, C> {
+    SMatrix::from_fn(|i, j| S::lit(f64::from(u8::from(places[j] == i))))
+}
+
+fn embeddings<S: Real>() {
+    let (o2, o3) = (Vector2::<S>::zeros(), Vector3::<S>::zeros());
+    let flat = |t: Vector2<S>| Vector3::new(t.x, t.y, S::zero());
+    let about_z = |r: &SO2<S>| SO3::about_z(r.angle());
+    laws::check_embedding::<SO2<S>, SO3<S>, 1, 3>(about_z, &places([2])).unwrap();
+    laws::check_embedding::<SO2<S>, SE2<S>, 1, 3>(|r| SE2::from_parts(o2, *r), &places([2])).unwrap();
+    laws::check_embedding::<SO3<S>, SE3<S>, 3, 6>(|r| SE3::new(*r, o3), &places([3, 4, 5])).unwrap();
+    laws::check_embedding::<SO3<S>, R3xSO3<S>, 3, 6>(|r| R3xSO3::new(*r, o3), &places([3, 4, 5])).unwrap();
+    let translation = |t: &Rn<3, S>| SE3::new(SO3::identity(), t.vector());
+    laws::check_embedding::<Rn<3, S>, SE3<S>, 3, 6>(translation, &places([0, 1, 2])).unwrap();
+    let lift = |x: &SE2<S>| SE3::new(about_z(&x.rotation()), flat(x.translation()));
+    laws::check_embedding::<SE2<S>, SE3<S>, 3, 6>(lift, &places([0, 1, 5])).unwrap();
+    laws::check_embedding::<SE2<S>, Sim2<S>, 3, 4>(Sim2::from_pose, &places([0, 1, 2])).unwrap();
+    laws::check_embedding::<SE3<S>, Sim3<S>, 6, 7>(Sim3::from_pose, &places([0, 1, 2, 3, 4, 5])).unwrap();
+    let lift = |x: &Sim2<S>| Sim3::new(about_z(&x.rotation()), flat(x.translation()), x.log_scale());
+    laws::check_embedding::<Sim2<S>, Sim3<S>, 4, 7>(lift, &places([0, 1, 5, 6])).unwrap();
+    let lift = |x: &RxSO2<S>| Sim2::new(x.rotation(), o2, x.log_scale());
+    laws::check_embedding::<RxSO2<S>, Sim2<S>, 2, 4>(lift, &places([2, 3])).unwrap();
+    let lift = |x: &RxSO3<S>| Sim3::new(x.rotation(), o3, x.log_scale());
+    laws::check_embedding::<RxSO3<S>, Sim3<S>, 4, 7>(lift, &places([3, 4, 5, 6])).unwrap();
+    let lift = |x: &SE3<S>| SE23::from_pose(*x, o3);
+    laws::check_embedding::<SE3<S>, SE23<S>, 6, 9>(lift, &places([0, 1, 2, 3, 4, 5])).unwrap();
+    let lift = |x: &SE23<S>| SGal3::from_extended(*x, S::zero());
+    laws::check_embedding::<SE23<S>, SGal3<S>, 9, 10>(lift, &places([0, 1, 2, 3, 4, 5, 6, 7, 8])).unwrap();
+    laws::check_embedding::<S3<S>, SO3<S>, 3, 3>(|q| SO3::from(*q), &places([0, 1, 2])).unwrap();
+}
+
+#[test]
+fn embeddings_commute_with_every_operation() {
+    embeddings::<f64>();
+    embeddings::<f32>();
+}
+
+#[test]
+fn a_wrong_embedding_is_told() {
+    let wrong = |r: &SO2| SO3::exp(&Vector3::new(0.0, 0.0, -r.angle()));
+    assert_eq!(laws::check_embedding::<SO2, SO3, 1, 3>(wrong, &places([2])).unwrap_err().law, "exp");
+    let shifted = |r: &SO2| SE2::from_parts(Vector2::new(1.0, 0.0), *r);
+    assert_eq!(laws::check_embedding::<SO2, SE2, 1, 3>(shifted, &places([2])).unwrap_err().law, "identity");
 }

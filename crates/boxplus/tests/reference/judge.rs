@@ -34,10 +34,14 @@ pub(crate) struct Row<'a> {
 }
 
 impl Row<'_> {
+    /// The place of the column `name0`.
+    pub(crate) fn first(&self, name: &str) -> usize {
+        let first = format!("{name}0");
+        self.header.iter().position(|h| **h == first).unwrap()
+    }
     /// The numbers of the columns `name0`, `name1`, …
     pub(crate) fn get<const N: usize>(&self, name: &str) -> [f64; N] {
-        let first = format!("{name}0");
-        let i = self.header.iter().position(|h| **h == first).unwrap();
+        let i = self.first(name);
         std::array::from_fn(|k| self.numbers[i + k])
     }
     pub(crate) fn input<S: Real, const N: usize>(&self, name: &str) -> SVector<S, N> {

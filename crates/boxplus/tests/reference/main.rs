@@ -7,12 +7,14 @@
 mod bounds;
 mod judge;
 mod plane;
+mod second_order;
 mod space;
 
 use bounds::{BOUNDS, Bound, NONE};
 use boxplus::lie::{Real, Stumpff};
 use judge::{Errors, LAST, Table};
 use plane::{plane, similarity_of_the_plane};
+use second_order::second_order;
 use space::{galilean, similarity_of_space, space};
 use std::fmt::Write;
 
@@ -39,6 +41,7 @@ fn measure<S: Real>() -> Errors {
     galilean::<S>(&Table::parse(include_str!("sgal3.csv"), 36), &mut errors);
     similarity_of_space::<S>(&Table::parse(include_str!("sim3.csv"), 26), &mut errors);
     similarity_of_the_plane::<S>(&Table::parse(include_str!("sim2.csv"), 16), &mut errors);
+    second_order::<S>(&mut errors);
     assert_eq!(errors.0.len(), BOUNDS.len(), "every operation has one bound");
     errors
 }
@@ -105,6 +108,10 @@ blocks of every Jacobian (`tests/groups`). The same holds of SGal(3) but for its
 of row ρ. Sim(3) and Sim(2) are measured for |σ| ≤ 6, with σ and θ vanishing independently; their rotations are those of SO(3)
 and SO(2), and so are those of ℝ⁺×SO(3), ℝ⁺×SO(2) and S³. Other coordinates of rotations and S² state their bounds in
 their module docs, held by `tests/rotations`. Names of blocks are those of the module docs.
+
+DJ and DJ⁻¹ are the derivatives of J_l and J_l⁻¹ along a direction δ, block by block; those of J_r differ by signs only. They are
+sums, one term for each coordinate of δ, which may cancel: relative to the largest of them. So is the block ρφ of SGal(3), the sum
+of a term in ρ and one in νι. SE₂(3) is made of the same blocks as SE(3).
 
 | operation | relative to | bound, θ ≤ π | bound, θ > π | f64, θ ≤ π | f32, θ ≤ π | f64, θ > π | f32, θ > π |
 |---|---|---|---|---|---|---|---|

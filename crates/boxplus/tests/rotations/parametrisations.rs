@@ -355,4 +355,80 @@ pub(crate) mod dual {
             close("nearest rotation", &derivatives(&dual), &d_nearest);
         }
     }
+
+    #[test]
+    fn jacobians_of_axes_and_directions_are_those_of_dual_numbers() {
+        for (k, theta) in [1e-6, 1e-3, 0.4, 1.5, 3.0, PI, 4.0].into_iter().enumerate() {
+            let axis = Vector3::new(0.3 - k as f64 * 0.2, 0.5, -0.4 + k as f64 * 0.1) * 1.7;
+            let (r, d_axis, d_angle) = SO3::from_axis_angle_jac(&axis, theta).unwrap();
+            let rc = r.map(Dual::from_re);
+            let dual = SO3::from_axis_angle(&(constant(&axis) + unknown()), Dual::from_re(theta)).unwrap();
+            close("from axis", &derivatives(&dual.rminus(&rc)), &d_axis);
+            let angle = Dual::<1>::from_re(theta).derivative(0);
+            let dual = SO3::from_axis_angle(&constant(&axis), angle).unwrap();
+            close("from angle", &derivatives(&dual.rminus(&r.map(Dual::from_re))), &d_angle);
+
+            let moved = rc.rplus(&unknown());
+            let ((n, angle), d_n, d_angle) = r.to_axis_angle_jac().unwrap();
+            let dual = moved.to_axis_angle();
+            close("to axis", &derivatives(&dual.0), &d_n);
+            close("to angle", &derivatives(&SVector::from([dual.1])), &d_angle);
+            assert_eq!((n, angle), r.to_axis_angle());
+
+            let about = Vector3::new(-0.2, 0.9, 0.1 * k as f64);
+            let (value, d_swing, d_angle) = r.swing_twist_jac(&about).unwrap();
+            let dual = moved.swing_twist(&constant(&about)).unwrap();
+            close("swing", &derivatives(&dual.swing.rminus(&value.swing.map(Dual::from_re))), &d_swing);
+            close("angle of twist", &derivatives(&SVector::from([dual.angle])), &d_angle);
+            let d_twist = about.normalize() * d_angle;
+            close("twist", &derivatives(&dual.twist.rminus(&value.twist.map(Dual::from_re))), &d_twist);
+
+            let (a, b) = (axis, r * axis.yzx() * 0.6);
+            let (value, d_a, d_b) = SO3::between_directions_jac(&a, &b).unwrap();
+            let vc = value.map(Dual::from_re);
+            let dual = SO3::between_directions(&(constant(&a) + unknown()), &constant(&b)).unwrap();
+            close("from a direction", &derivatives(&dual.rminus(&vc)), &d_a);
+            let dual = SO3::between_directions(&constant(&a), &(constant(&b) + unknown())).unwrap();
+            close("to a direction", &derivatives(&dual.rminus(&vc)), &d_b);
+
+            let (c, d) = (about * 2.0, axis.zxy());
+            let (value, d_parent, d_local) = SO3::from_direction_pairs_jac([&a, &b], [&c, &d]).unwrap();
+            let u: SVector<Dual<6>, 6> = unknown();
+            let (first, second) = (u.fixed_rows::<3>(0).into_owned(), u.fixed_rows::<3>(3).into_owned());
+            let [ac, bc, cc, dc] = [a, b, c, d].map(|x| constant::<6, 3>(&x));
+            let moved = [ac + first, bc + second];
+            let dual = SO3::from_direction_pairs([&moved[0], &moved[1]], [&cc, &dc]).unwrap();
+            close("of the parent pair", &derivatives(&dual.rminus(&value.map(Dual::from_re))), &d_parent);
+            let moved = [cc + first, dc + second];
+            let dual = SO3::from_direction_pairs([&ac, &bc], [&moved[0], &moved[1]]).unwrap();
+            close("of the local pair", &derivatives(&dual.rminus(&value.map(Dual::from_re))), &d_local);
+        }
+        assert!(matches!(SO3::<f64>::identity().to_axis_angle_jac(), Err(LieError::NoAxis)));
+        let x = Vector3::<f64>::x();
+        assert!(matches!(SO3::between_directions_jac(&x, &-x), Err(LieError::Opposite)));
+    }
+
+    #[test]
+    fn angles_have_derivatives_at_half_a_turn_and_at_right_angles() {
+        // The scalar part is 0 to the bit: atan(n/w) divides by it.
+        let (axis, half) = (Vector3::new(0.6, 0.0, -0.8), SO3::from_xyzw([0.6, 0.0, -0.8, 0.0]).unwrap());
+        let moved = half.map(Dual::<3>::from_re).rplus(&unknown());
+        let angle = moved.to_axis_angle().1;
+        close("angle", &derivatives(&SVector::from([angle])), &axis.transpose());
+        let twist = moved.swing_twist(&constant(&axis)).unwrap().angle;
+        close("twist", &derivatives(&SVector::from([twist])), &axis.transpose());
+        let [left, right] = [FRAC_PI_2, -FRAC_PI_2].map(|angle| SO3::about_z(angle).map(Dual::<3>::from_re));
+        let slope = derivatives(&SVector::from([left.angle_to(&right.rplus(&unknown()))]));
+        close("distance", &slope.abs(), &Vector3::z().transpose());
+        // Yaw and roll by 90°, where the matrix has zeros to divide by.
+        for q in [[0.5, 0.5, -0.5, 0.5], [0.0, 0.0, 0.5, 0.5], [0.5, 0.0, 0.0, 0.5], [1.0, 0.0, 0.0, 0.0]] {
+            let r = SO3::from_xyzw(q).unwrap();
+            for sequence in crate::euler::sequences() {
+                if let Ok((_, d_euler)) = r.to_euler_jac(sequence) {
+                    let dual = r.map(Dual::<3>::from_re).rplus(&unknown()).to_euler(sequence);
+                    close("Euler angles", &derivatives(&Vector3::from(dual.angles)), &d_euler);
+                }
+            }
+        }
+    }
 }

@@ -1,7 +1,7 @@
 //! Inertial navigation on SE₂(3).
 
 use crate::bundle;
-use crate::filter::Motion;
+use crate::filter::{Measurement, Motion};
 use crate::lie::{Jacobian, LieGroup, Real, Rn, SE23, SGal3, SO3};
 use crate::uncertainty::Covariance;
 use nalgebra::{SMatrix, SVector, Vector3};
@@ -272,5 +272,48 @@ impl<S: Real> Motion<InertialState<S>, 15, 12> for Inertial<S> {
         let next = Self::moved(x, &step, &still);
         let (f, g) = Self::assembled(&step.d_state_left(), &(next.motion.adjoint() * step.d_reading()));
         (next, f, g)
+    }
+}
+
+/// A velocity in the world, as GNSS receivers give it: y = v + n. Of an [`SE23`], or of a bundle by
+/// [`Part`](super::Part).
+///
+/// ```text
+/// H local  [0, 0, R]      global  [0, −v^, I]
+/// ```
+///
+/// ```
+/// use boxplus::filter::{VelocityFix, check_measurement};
+/// use boxplus::lie::{LieGroup, SE23};
+/// use boxplus::uncertainty::Covariance;
+/// use nalgebra::{SVector, vector};
+/// let fix = VelocityFix { measured: vector![1.0, 0.0, 0.1], noise: Covariance::unit() * 0.1 }; // m/s
+/// assert!(check_measurement(&fix, &SE23::exp(&SVector::repeat(0.3))) < 1e-8);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VelocityFix<S = f64> {
+    /// y, in m/s of the world.
+    pub measured: Vector3<S>,
+    /// Of y.
+    pub noise: Covariance<3, S>,
+}
+
+impl<S: Real> Measurement<SE23<S>, 9, 3> for VelocityFix<S> {
+    fn innovation(&self, x: &SE23<S>) -> Vector3<S> {
+        self.measured - x.velocity()
+    }
+    fn noise(&self) -> Covariance<3, S> {
+        self.noise
+    }
+    fn innovation_jac(&self, x: &SE23<S>) -> (Vector3<S>, SMatrix<S, 3, 9>) {
+        let mut h = SMatrix::<S, 3, 9>::zeros();
+        h.fixed_view_mut::<3, 3>(0, 6).copy_from(&x.rotation().to_matrix());
+        (self.innovation(x), h)
+    }
+    fn innovation_left_jac(&self, x: &SE23<S>) -> (Vector3<S>, SMatrix<S, 3, 9>) {
+        let mut h = SMatrix::<S, 3, 9>::zeros();
+        h.fixed_view_mut::<3, 3>(0, 3).copy_from(&-SO3::hat(&x.velocity()));
+        h.fixed_view_mut::<3, 3>(0, 6).fill_with_identity();
+        (self.innovation(x), h)
     }
 }

@@ -8,7 +8,7 @@ mod sightings;
 mod wheels;
 
 pub use attitude::{Attitude, Gyroscope};
-pub use inertial::{DeadReckoning, Imu, ImuNoise, Inertial, InertialState, STANDARD_GRAVITY};
+pub use inertial::{DeadReckoning, Imu, ImuNoise, Inertial, InertialState, STANDARD_GRAVITY, VelocityFix};
 pub use odometry::Odometry;
 pub use part::Part;
 pub use sightings::{PositionFix, Range, RangeBearing, Sighting, VectorSighting};

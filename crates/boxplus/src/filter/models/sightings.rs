@@ -182,7 +182,7 @@ pub struct RangeBearing<S = f64> {
 impl<S: Real> RangeBearing<S> {
     /// z for the beacon seen at b.
     fn compared(&self, b: &Vector2<S>) -> Vector2<S> {
-        let bearing = b.y.simd_atan2(b.x);
+        let bearing = S::polar_angle(b.y, b.x);
         // Through (cos, sin): wrapped to (−π, π].
         let turn = SO2::from_angle(self.measured.y - bearing).angle();
         Vector2::new(self.measured.x - b.norm_squared().simd_sqrt(), turn)

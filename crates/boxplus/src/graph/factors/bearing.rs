@@ -33,7 +33,7 @@ impl Factor<1> for Bearing2 {
         let seen = x.act_inverse(&p.vector());
         let (cos, sin) = (S::lit(self.measured.cos()), S::lit(self.measured.sin()));
         // The angle from the measured direction to the seen one: wrapped by itself.
-        vector![(cos * seen.y - sin * seen.x).simd_atan2(cos * seen.x + sin * seen.y)]
+        vector![S::polar_angle(cos * seen.y - sin * seen.x, cos * seen.x + sin * seen.y)]
     }
 
     fn residual_jac(&self, variables: &(SE2, Rn<2>)) -> (Vector1<f64>, (Matrix1x3<f64>, Matrix1x2<f64>)) {

@@ -112,6 +112,8 @@ fn ranges_bearings_and_sightings_have_exact_jacobians() {
         check("bearing", &Bearing2::new(3.0), &(*x, point2));
         check("sighting", &Sighting2 { measured: Vector2::new(1.0, 2.0) }, &(*x, point2));
     }
+    // Exactly at right angles to the measured direction, where atan(y/x) divides by zero.
+    check("bearing abeam", &Bearing2::new(0.0), &(SE2::identity(), Rn::new(vector![0.0, 4.0])));
 }
 
 #[test]

@@ -24,8 +24,8 @@ use core::ops::Range;
 use super::kernels::{Extension, Kernels, Matrix, Product, SLACK};
 use super::pattern::Pattern;
 use super::plan::{Front, Plan};
-use super::pool::Pool;
 use crate::graph::GraphError;
+use crate::pool::Pool;
 
 /// A pivot was not positive: the matrix is not (numerically) positive definite.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -8,10 +8,10 @@ use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::pool::Pool;
 use super::structure::{Normal, Structure};
 use crate::graph::set::{AnySet, stride};
 use crate::graph::values::Values;
+use crate::pool::Pool;
 
 /// Factors a chunk. Their parts of the normal equations (about 1 kB each for SE(3)) stay in a core's cache.
 const CHUNK: usize = 64;

@@ -6,7 +6,6 @@ mod kernels;
 mod ordering;
 pub(crate) mod pattern;
 mod plan;
-pub(crate) mod pool;
 mod selected_inverse;
 pub(crate) mod structure;
 mod symbolic;

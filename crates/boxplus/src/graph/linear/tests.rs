@@ -272,7 +272,7 @@ fn a_factorisation_allocates_nothing() {
 #[cfg(feature = "parallel")]
 #[test]
 fn no_bit_depends_on_the_number_of_threads() {
-    use super::pool::Pool;
+    use crate::pool::Pool;
     let mut rng = ChaCha8Rng::seed_from_u64(8);
     let at = |x: u32, y: u32| x + 40 * y;
     let mut pairs: Pairs = (0..40).flat_map(|y| (1..40).map(move |x| (at(x - 1, y), at(x, y)))).collect();

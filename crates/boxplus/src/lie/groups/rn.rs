@@ -3,6 +3,8 @@
 //! X·Y = x + y, X⁻¹ = −x, Exp = Log = identity, Ad = J_r = I, ad = 0. It acts on points as a translation.
 //! Biases, landmarks and velocities are `Rn`, so that code written for groups serves them without a special case.
 //!
+//! Pitfall: an angle is no ℝ¹. A heading kept as `Rn<1>` does not wrap; take [`crate::lie::SO2`].
+//!
 //! ```
 //! use boxplus::lie::{LieGroup, Manifold, Rn};
 //! let bias = Rn::<2>::new([1.0, 2.0].into());

@@ -4,6 +4,9 @@
 //! ad = 0. It is Sim(2) without translation (Sophus: `RxSO2`). The logarithm σ of the scale is stored, for the reasons given
 //! at [`crate::lie::Sim3`].
 //!
+//! Pitfall: everything runs geometrically in the scale: halfway between the scales 1 and 4 is 2. A reflection is no element, nor is
+//! the scale 0.
+//!
 //! ```
 //! use boxplus::lie::{LieGroup, RxSO2, SO2};
 //! use nalgebra::Vector2;

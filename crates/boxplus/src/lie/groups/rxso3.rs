@@ -5,6 +5,9 @@
 //! non-zero quaternion is as an element of a group: q ≙ |q|²·R(q) (Sophus: `RxSO3`). The logarithm σ of the scale is stored,
 //! for the reasons given at [`crate::lie::Sim3`].
 //!
+//! Pitfalls. It scales about the origin; about another point take [`crate::lie::Sim3`]. Everything runs geometrically in the scale:
+//! halfway between the scales 1 and 4 is 2.
+//!
 //! ```
 //! use boxplus::lie::{LieGroup, RxSO3, SO3, Sim3};
 //! use nalgebra::Vector3;

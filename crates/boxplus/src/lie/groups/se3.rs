@@ -99,7 +99,13 @@ fn block<S: Real>(a: &Matrix3<S>, b: &Matrix3<S>) -> Matrix6<S> {
 
 /// s^ + a·(φ^ρ^ + ρ^φ^) + b·φ^², the form of Q and Q̃, with u^v^ = v·uᵀ − (u·v)·I.
 #[cfg_attr(not(debug_assertions), inline(always))]
-fn coupling<S: Real>(s: &Vector3<S>, a: S, b: S, rho: &Vector3<S>, phi: &Vector3<S>) -> Matrix3<S> {
+pub(super) fn coupling<S: Real>(
+    s: &Vector3<S>,
+    a: S,
+    b: S,
+    rho: &Vector3<S>,
+    phi: &Vector3<S>,
+) -> Matrix3<S> {
     let (r, u) = (rho * a, phi * b);
     let w = r + r + u; // entries of the symmetric part are a(ρᵢφⱼ + φᵢρⱼ) + bφᵢφⱼ; on the diagonal w_iφ_i
     let (xx, yy, zz) = (w.x * phi.x, w.y * phi.y, w.z * phi.z);

@@ -7,9 +7,9 @@
 //! ad = [φ^, ρ^, −ιI, ν; 0, φ^, 0, 0; 0, ν^, φ^, 0; 0, 0, 0, 0]
 //! J_l   = [J, Q(ρ) − ιU, −ι(J − Γ₂), Γ₂ν; 0, J, 0, 0; 0, Q(ν), J, 0; 0, 0, 0, 1]
 //! J_l⁻¹ = [J⁻¹, Q̃(ρ) + ιŨ, ι(½I − 2r·φ^), −½ν + d·φ×ν; 0, J⁻¹, 0, 0; 0, Q̃(ν), J⁻¹, 0; 0, 0, 0, 1]
-//! U = Σ (n + 1)/(n + m + 3)!·(φ^)ⁿν^(φ^)ᵐ = ν^/6 + (c₃ − 2c₄)φ^ν^ + c₄ν^φ^ + (c₄ − 2c₅)φ^²ν^ + c₅ν^φ^²
-//!       − ½(φ·ν)((c₃ − 4c₄ + 4c₅)φ^ + (c₄ − 4c₅ + 4c₆)φ^²)
-//! Ũ = −r·ν^ + b(φ·ν)φ^ + ½e(φmᵀ + mφᵀ),  m = φ×ν,  r = c₃/(4c₂),  b = (c₃β₁ − c₂β₂)/(4c₂²)
+//! U = Σ (n + 1)/(n + m + 3)!·(φ^)ⁿν^(φ^)ᵐ = s^ + ½(c₃ − c₄)(φ^ν^ + ν^φ^) − ½(φ·ν)(c₄ − 4c₅ + 4c₆)φ^² − ½β₂(φmᵀ + mφᵀ)
+//! s = ½(c₂ − c₃)ν + ½(c₃ − 3c₄)m − ½(φ·ν)(c₃ − 3c₄ + 3c₅)φ,  m = φ×ν
+//! Ũ = −r·ν^ + b(φ·ν)φ^ + ½e(φmᵀ + mφᵀ),  r = c₃/(4c₂),  b = (c₃β₁ − c₂β₂)/(4c₂²)
 //! J = J_l(φ),  Γ₂ = ½I + c₃φ^ + c₄φ^²,  Q and Q̃ as in SE(3)                                 J_r(τ) = J_l(−τ)
 //! ```
 //! Kelly (2023), arXiv 2312.07555, in our order of coordinates. The form of U in [`crate::lie::Stumpff`] functions has no special
@@ -36,7 +36,7 @@
 //! assert!((event - Vector4::new(12.0, 0.0, 0.0, 3.0)).norm() < 1e-15);
 //! ```
 
-use super::se3::{right_coupling, right_coupling_inverse, turn, unturn};
+use super::se3::{coupling, right_coupling, right_coupling_inverse, turn, unturn};
 use super::se23::split;
 use super::so3::{check_affine, polynomial, skew};
 use crate::lie::{Action, LieError, LieGroup, Real, SE23, SO3, Stumpff};
@@ -147,16 +147,13 @@ impl<S: Real> Blocks<S> {
 
 /// U(ν, φ), given c_k(|φ|²).
 fn time_coupling<S: Real>(nu: &Vector3<S>, phi: &Vector3<S>, k: &Stumpff<S>) -> Matrix3<S> {
-    let (two, four, half) = (S::lit(2.0), S::lit(4.0), S::lit(0.5));
-    let (w, v) = (skew(phi), skew(nu));
-    let wv = w * v;
-    let wwv = w * wv;
-    let along = phi.dot(nu) * half;
-    // (φ^ν^)ᵀ = ν^φ^ and (φ^²ν^)ᵀ = −ν^φ^².
-    v * S::lit(1.0 / 6.0) + wv * (k.c3 - two * k.c4) + wv.transpose() * k.c4 + wwv * (k.c4 - two * k.c5)
-        - wwv.transpose() * k.c5
-        - w * (along * (k.c3 - four * k.c4 + four * k.c5))
-        - w * w * (along * (k.c4 - four * k.c5 + four * k.c6))
+    let (three, four, half) = (S::lit(3.0), S::lit(4.0), S::lit(0.5));
+    let (along, across) = (phi.dot(nu) * half, phi.cross(nu));
+    let s = nu * ((k.c2 - k.c3) * half) + across * ((k.c3 - three * k.c4) * half)
+        - phi * (along * (k.c3 - three * (k.c4 - k.c5)));
+    let outer = across * (phi * (k.beta2() * half)).transpose();
+    let bend = -along * (k.c4 - four * (k.c5 - k.c6));
+    coupling(&s, (k.c3 - k.c4) * half, bend, nu, phi) - outer - outer.transpose()
 }
 
 /// (J_r⁻¹, J_l⁻¹) of a tangent, given c_k(|φ|²) and d.

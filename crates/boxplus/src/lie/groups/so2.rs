@@ -81,7 +81,10 @@ impl<S: Real> SO2<S> {
     /// The angle in radians, in [−π, π].
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn angle(&self) -> S {
-        S::polar_angle(self.sin(), self.cos())
+        // ±(π − arcsin|sin θ|) behind, where −0 and 0 are told apart.
+        let (sin, cos) = (self.sin(), self.cos());
+        let near = sin * S::angle_over_sine(sin * sin, cos.simd_abs());
+        S::choose(cos.simd_lt(S::zero()), || S::simd_pi().simd_copysign(sin) - near, || near)
     }
 
     /// cos θ.

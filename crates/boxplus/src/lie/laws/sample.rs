@@ -43,6 +43,27 @@ pub(super) fn power_series<S: Real, const D: usize>(ad: &SMatrix<S, D, D>, shift
     sum
 }
 
+/// Σ B_k·adᵏ/k! with the numbers of Bernoulli: z/(eᶻ − 1), which converges within 2π.
+pub(super) fn bernoulli_series<S: Real, const D: usize>(ad: &SMatrix<S, D, D>) -> SMatrix<S, D, D> {
+    const TERMS: usize = 170; // (5/2π)¹⁷⁰ < 10⁻¹⁶
+    let (mut shares, mut scale) = ([0.0; TERMS], 1.0);
+    let (mut power, mut sum) = (SMatrix::<S, D, D>::identity(), SMatrix::zeros());
+    for n in 0..TERMS {
+        // (eᶻ − 1)/z times the series is 1: B_n/n! = −Σ_{k < n} B_k/k!·1/(n + 1 − k)!.
+        let (mut share, mut factorial) = (0.0, 1.0);
+        for k in (0..n).rev() {
+            factorial *= (n + 1 - k) as f64;
+            share -= shares[k] / factorial;
+        }
+        shares[n] = if n == 0 { 1.0 } else { share };
+        // Shares fall like (2π)⁻ⁿ; on their own, powers would overflow in `f32`.
+        sum += power * S::lit(shares[n] * scale);
+        power = power * ad * S::lit(1.0 / 6.0);
+        scale *= 6.0;
+    }
+    sum
+}
+
 /// ∂f/∂τ at 0 by central differences of fourth order: 8(f(h) − f(−h)) − (f(2h) − f(−2h)), over 12h.
 pub(super) fn difference<S: Real, const N: usize, const M: usize>(
     f: impl Fn(&SVector<S, N>) -> SVector<S, M>,

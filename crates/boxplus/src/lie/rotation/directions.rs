@@ -20,9 +20,9 @@
 //! ```
 
 use super::matrix::gram_schmidt;
-use super::unit;
+use super::{skew, unit};
 use crate::lie::{LieError, LieGroup, Real, SO2, SO3};
-use nalgebra::{Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix3, RowVector3, SMatrix, Vector2, Vector3};
 
 /// A rotation as swing·twist: first a turn about an axis, then the shortest rotation that brings the axis where it goes.
 #[derive(Clone, Copy, Debug)]
@@ -77,13 +77,43 @@ impl<S: Real> SO3<S> {
         Ok(Self::from_unit(unit(axis)? * sin, cos))
     }
 
+    /// [`SO3::from_axis_angle`]: `(value, d_value_d_axis, d_value_d_angle)`, 3×3 and 3×1:
+    /// (sin θ·(I − nnᵀ) − (1 − cos θ)·n^)/|axis| and n.
+    ///
+    /// # Errors
+    /// Those of [`SO3::from_axis_angle`].
+    pub fn from_axis_angle_jac(
+        axis: &Vector3<S>,
+        angle: S,
+    ) -> Result<(Self, Matrix3<S>, Vector3<S>), LieError> {
+        let n = unit(axis)?;
+        let (sin, cos) = (angle * S::lit(0.5)).simd_sin_cos();
+        let across = Matrix3::identity() - n * n.transpose();
+        let d_axis = (across * cos - skew(&n) * sin) * (sin * S::lit(2.0) / n.dot(axis));
+        Ok((Self::from_unit(n * sin, cos), d_axis, n))
+    }
+
     /// `(axis, angle)`, the axis of unit length and the angle in \[0, π\] radians. The identity has any axis; ours is z.
     pub fn to_axis_angle(&self) -> (Vector3<S>, S) {
         let (v, w) = self.short();
         match unit(&v) {
-            Ok(axis) => (axis, axis.dot(&v).simd_atan2(w) * S::lit(2.0)),
+            Ok(axis) => (axis, S::polar_angle(axis.dot(&v), w) * S::lit(2.0)),
             Err(_) => (Vector3::z(), S::zero()),
         }
+    }
+
+    /// [`SO3::to_axis_angle`]: `((axis, angle), d_axis_d_self, d_angle_d_self)`, 3×3 and 1×3: ½(cot(θ/2)·(I − nnᵀ) + n^) and nᵀ.
+    ///
+    /// # Errors
+    /// [`LieError::NoAxis`] at the identity, or so near that the derivative overflows.
+    pub fn to_axis_angle_jac(&self) -> Result<((Vector3<S>, S), Matrix3<S>, RowVector3<S>), LieError> {
+        let ((n, angle), (v, w)) = (self.to_axis_angle(), self.short());
+        let cot = w / n.dot(&v);
+        if !cot.value().is_finite() {
+            return Err(LieError::NoAxis);
+        }
+        let across = Matrix3::identity() - n * n.transpose();
+        Ok(((n, angle), (across * cot + skew(&n)) * S::lit(0.5), n.transpose()))
     }
 
     /// The shortest rotation R with R·`from` ∥ `to`; lengths do not matter.
@@ -105,6 +135,27 @@ impl<S: Real> SO3<S> {
         Ok(half_way(&-a, &b, -cos).compose(&half_turn))
     }
 
+    /// [`SO3::between_directions`]: `(value, d_value_d_from, d_value_d_to)`, 3×3 each, with a and b the unit vectors:
+    /// −(I − abᵀ/(1 + a·b))·a^/|from| and (I + abᵀ/(1 + a·b))·a^·Rᵀ/|to|. They grow as 1/(π − θ).
+    ///
+    /// # Errors
+    /// Those of [`SO3::between_directions`], or [`LieError::Opposite`].
+    pub fn between_directions_jac(
+        from: &Vector3<S>,
+        to: &Vector3<S>,
+    ) -> Result<(Self, Matrix3<S>, Matrix3<S>), LieError> {
+        let (value, a, b) = (Self::between_directions(from, to)?, unit(from)?, unit(to)?);
+        // 1 + a·b without cancellation.
+        let above = (a + b).norm_squared() * S::lit(0.5);
+        if above.value() == 0.0 {
+            return Err(LieError::Opposite);
+        }
+        let (twist, turn) = (a * b.transpose() / above, skew(&a));
+        let d_from = (twist - Matrix3::identity()) * turn / a.dot(from);
+        let d_to = (twist + Matrix3::identity()) * turn * value.to_matrix().transpose() / b.dot(to);
+        Ok((value, d_from, d_to))
+    }
+
     /// The rotation that takes the first direction of `local` to the first of `parent`, and the second as near to the second
     /// as possible: TRIAD, Black (1964). `parent_from_local`, when both name the same two things.
     ///
@@ -116,6 +167,22 @@ impl<S: Real> SO3<S> {
             Ok(Matrix3::from_columns(&[x, y, x.cross(&y)]))
         };
         Self::from_matrix(&(frame(parent)? * frame(local)?.transpose()))
+    }
+
+    /// [`SO3::from_direction_pairs`]: `(value, d_value_d_parent, d_value_d_local)`, 3×6 each, by both vectors of a pair one after the
+    /// other: ±F·∂F, F being the frame of the pair `local` and ∂F that of [`SO3::from_6d_jac`].
+    ///
+    /// # Errors
+    /// Those of [`SO3::from_direction_pairs`].
+    pub fn from_direction_pairs_jac(
+        parent: [&Vector3<S>; 2],
+        local: [&Vector3<S>; 2],
+    ) -> Result<(Self, SMatrix<S, 3, 6>, SMatrix<S, 3, 6>), LieError> {
+        let value = Self::from_direction_pairs(parent, local)?;
+        let (_, d_parent) = Self::from_6d_jac(parent[0], parent[1])?;
+        let (frame, d_local) = Self::from_6d_jac(local[0], local[1])?;
+        let frame = frame.to_matrix();
+        Ok((value, frame * d_parent, -frame * d_local))
     }
 
     /// swing·twist of this rotation, the twist about `axis` in the local frame.
@@ -134,8 +201,24 @@ impl<S: Real> SO3<S> {
         Ok(SwingTwist {
             swing: self.compose(&twist.inverse()),
             twist,
-            angle: along.simd_atan2(w) * S::lit(2.0),
+            angle: S::polar_angle(along, w) * S::lit(2.0),
         })
+    }
+
+    /// [`SO3::swing_twist`]: `(value, d_swing_d_self, d_angle_d_self)`, 3×3 and 1×3: T·(I − n·dᵀ), T the twist, n the axis, and
+    /// dᵀ = (w²n + w·n×v + (n·v)v)ᵀ/(w² + (n·v)²). The twist moves by n·dᵀ.
+    ///
+    /// # Errors
+    /// Those of [`SO3::swing_twist`].
+    pub fn swing_twist_jac(
+        &self,
+        axis: &Vector3<S>,
+    ) -> Result<(SwingTwist<S>, Matrix3<S>, RowVector3<S>), LieError> {
+        let (value, n, (v, w)) = (self.swing_twist(axis)?, unit(axis)?, self.short());
+        let along = n.dot(&v);
+        let d_angle = (n * (w * w) + n.cross(&v) * w + v * along).transpose() / (w * w + along * along);
+        let d_swing = value.twist.to_matrix() * (Matrix3::identity() - n * d_angle);
+        Ok((value, d_swing, d_angle))
     }
 }
 

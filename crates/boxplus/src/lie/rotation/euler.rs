@@ -293,8 +293,8 @@ impl<S: Real> Halves<S> {
         let (a, b, c, d) = if proper { (w, qi, qj, qk) } else { (w - qj, qi + qk, w + qj, qk - qi) };
         let kappa = if proper { S::one() } else { handed };
         Self {
-            plus: b.simd_atan2(a),
-            minus: d.simd_atan2(c),
+            plus: S::polar_angle(b, a),
+            minus: S::polar_angle(d, c),
             low: c.simd_hypot(d),
             high: a.simd_hypot(b),
             kappa,
@@ -313,7 +313,7 @@ impl<S: Real> Halves<S> {
     }
 
     fn middle_angle(&self, sequence: EulerSequence) -> S {
-        let middle = self.low.simd_atan2(self.high) * S::lit(2.0);
+        let middle = S::polar_angle(self.low, self.high) * S::lit(2.0);
         if sequence.is_proper() { middle } else { middle - S::lit(FRAC_PI_2) }
     }
 

@@ -30,6 +30,7 @@ impl Pool {
     }
 
     /// Number of threads that work.
+    #[cfg(feature = "solve")]
     pub(crate) fn threads(&self) -> usize {
         #[cfg(feature = "parallel")]
         return self.threads.as_ref().map_or(1, rayon::ThreadPool::current_num_threads);

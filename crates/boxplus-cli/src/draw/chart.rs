@@ -1,0 +1,126 @@
+//! Averages over time against the band they should lie in.
+
+use std::fmt::Write;
+
+use svg::Document;
+use svg::node::element::Title;
+
+use super::colour::{ELLIPSE, GRID, INK, LANDMARK, MUTED, PAPER, TRACK, fade};
+use super::page::{Anchor, FONTS, Type, line, path, rectangle, text};
+use super::window::Area;
+
+const MARGIN: f64 = 40.0;
+const HEADER: f64 = 98.0;
+const WIDTH: f64 = 760.0;
+const HEIGHT: f64 = 150.0;
+const GAP: f64 = 52.0;
+const AXIS: f64 = 46.0;
+/// More points than this are no finer on paper.
+const POINTS: usize = 760;
+
+const TITLE: Type = Type { size: 25.0, bold: true, colour: INK };
+const FACTS: Type = Type { size: 14.5, bold: false, colour: MUTED };
+const HEADING: Type = Type { size: 15.0, bold: true, colour: INK };
+const NOTE: Type = Type { size: 13.0, bold: false, colour: MUTED };
+const TICK: Type = Type { size: 11.5, bold: false, colour: MUTED };
+
+/// A page of strips, one below the other.
+#[derive(Clone, Debug)]
+pub struct Chart {
+    pub title: String,
+    pub facts: String,
+    pub strips: Vec<Strip>,
+}
+
+/// One quantity over time.
+#[derive(Clone, Debug)]
+pub struct Strip {
+    pub heading: String,
+    pub note: String,
+    /// Time by time.
+    pub values: Vec<f64>,
+    /// What the values should be.
+    pub expected: f64,
+    /// Where they should lie.
+    pub band: [f64; 2],
+}
+
+impl Chart {
+    /// The drawing as an SVG document.
+    pub fn svg(&self) -> String {
+        let (width, step) = (2.0 * MARGIN + WIDTH, HEIGHT + GAP);
+        let height = HEADER + self.strips.len() as f64 * step + MARGIN;
+        let page = Area { x: 0.0, y: 0.0, width, height };
+        let mut document = Document::new()
+            .set("viewBox", (0, 0, width, height))
+            .set("width", width)
+            .set("height", height)
+            .set("font-family", FONTS)
+            .add(Title::new(format!("{}: {}", self.title, self.facts)))
+            .add(rectangle(page, PAPER))
+            .add(text(&self.title, (MARGIN, 48.0), Anchor::Start, TITLE))
+            .add(text(&self.facts, (MARGIN, 73.0), Anchor::Start, FACTS))
+            .add(text("boxplus", (width - MARGIN, 48.0), Anchor::End, NOTE));
+        for (i, strip) in self.strips.iter().enumerate() {
+            let y = HEADER + i as f64 * step + 28.0;
+            document =
+                strip.draw(document, Area { x: MARGIN + AXIS, y, width: WIDTH - AXIS, height: HEIGHT });
+        }
+        document.to_string()
+    }
+}
+
+impl Strip {
+    /// What is shown: from 0 to what is seen, at most ten times what is expected.
+    fn top(&self) -> f64 {
+        let seen = self.values.iter().copied().filter(|x| x.is_finite()).fold(self.band[1], f64::max);
+        1.08 * seen.min(10.0 * self.expected)
+    }
+
+    fn draw(&self, document: Document, area: Area) -> Document {
+        let top = self.top();
+        let height = |value: f64| area.y + area.height * (1.0 - (value / top).clamp(0.0, 1.0));
+        let right = area.x + area.width;
+        let [low, high] = self.band.map(height);
+        let band = Area { x: area.x, y: high, width: area.width, height: low - high };
+        let mut document = document
+            .add(text(&self.heading, (area.x - AXIS, area.y - 10.0), Anchor::Start, HEADING))
+            .add(text(&self.note, (right, area.y - 10.0), Anchor::End, NOTE))
+            .add(rectangle(band, fade(LANDMARK, 0.82)));
+        for (value, label) in [(0.0, "0".to_owned()), (self.expected, format!("{}", self.expected))] {
+            let y = height(value);
+            let colour = if value > 0.0 { LANDMARK } else { GRID };
+            document = document.add(line((area.x, y), (right, y), colour, 1.0)).add(text(
+                &label,
+                (area.x - 8.0, y + 4.0),
+                Anchor::End,
+                TICK,
+            ));
+        }
+        let beyond = self.values.iter().any(|x| x.is_nan() || *x > top);
+        let colour = if beyond { TRACK } else { ELLIPSE };
+        document
+            .add(path(self.data(area, height), colour, 1.4))
+            .add(text("1", (area.x, area.y + area.height + 16.0), Anchor::Middle, TICK))
+            .add(text(
+                &format!("step {}", self.values.len()),
+                (right, area.y + area.height + 16.0),
+                Anchor::End,
+                TICK,
+            ))
+    }
+
+    /// The line, thinned to what paper shows.
+    fn data(&self, area: Area, height: impl Fn(f64) -> f64) -> String {
+        let last = self.values.len().saturating_sub(1).max(1) as f64;
+        let every = self.values.len().div_ceil(POINTS).max(1);
+        let mut data = String::new();
+        for (k, value) in self.values.iter().enumerate().step_by(every) {
+            let x = area.x + area.width * k as f64 / last;
+            let y = height(if value.is_nan() { f64::INFINITY } else { *value });
+            // Writing to a string cannot fail.
+            let _ = write!(data, "{}{x:.1} {y:.1}", if data.is_empty() { "M" } else { "L" });
+        }
+        data
+    }
+}

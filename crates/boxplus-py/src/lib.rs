@@ -1,0 +1,25 @@
+//! boxplus for Python: the extension module `boxplus._core`.
+//!
+//! No mathematics is here. A row of an array becomes an element, a vector or a matrix ([`slot`]), an [`operation`] of the library
+//! is applied to every row of arrays that broadcast, without the interpreter's lock, and its results become rows again. What a
+//! person meets, classes with names, types and documentation, is Python, in `python/boxplus`.
+
+mod argument;
+mod error;
+mod groups;
+mod operation;
+mod pose_graph;
+mod rotation;
+mod slot;
+
+use pyo3::prelude::*;
+
+/// The extension module behind the package boxplus.
+#[pymodule(gil_used = false)]
+fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    error::register(module)?;
+    groups::register(module)?;
+    rotation::register(module)?;
+    module.add_class::<pose_graph::PoseGraph>()
+}

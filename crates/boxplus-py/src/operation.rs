@@ -1,0 +1,263 @@
+//! One operation of the library, applied to every element of a batch.
+
+use crate::argument::{Argument, Operand, broadcast};
+use crate::error::{Fault, Reason, Refusal, ShapeError, tuple};
+use crate::slot::{Slots, product};
+use numpy::{IxDyn, PyArrayDyn, PyArrayMethods, PyReadwriteArrayDyn};
+use pyo3::prelude::*;
+use pyo3::types::{PyFloat, PyTuple};
+use rayon::prelude::*;
+use std::convert::Infallible;
+use std::marker::PhantomData;
+use std::ops::Range;
+
+/// Below this many elements the interpreter's lock costs more than the operation does.
+const RELEASE: usize = 32;
+/// From this many elements on, all cores work.
+const PARALLEL: usize = 4096;
+/// Elements a thread takes at a time: its arguments and results stay in the cache while they are checked.
+const CHUNK: usize = 1024;
+
+/// An operation on arrays: the names and shapes of its arguments, the shapes of its results, and what is done with each element.
+pub(crate) struct Operation {
+    names: &'static [&'static str],
+    inputs: &'static [&'static [usize]],
+    outputs: &'static [&'static [usize]],
+    /// Which arguments are elements, checked when they came to be.
+    checked: &'static [bool],
+    /// Which results are elements.
+    frozen: &'static [bool],
+    kernel: Box<dyn Kernel>,
+}
+
+/// What computes a stretch of a batch. All that does not depend on its types is in [`Operation`], once for all operations.
+trait Kernel: Send + Sync {
+    /// Fills the rows of `outputs` with what belongs to `places` of the batch.
+    fn run(
+        &self,
+        inputs: &[Operand<'_>],
+        places: Range<usize>,
+        outputs: &mut [&mut [f64]],
+    ) -> Result<(), Fault>;
+}
+
+impl Operation {
+    /// An operation from `I` to `O` that has an answer for all arguments.
+    pub(crate) fn new<I, O, F>(names: &'static [&'static str], f: F) -> Self
+    where
+        I: Slots + 'static,
+        O: Slots + 'static,
+        F: Fn(I::Values) -> O::Values + Send + Sync + 'static,
+    {
+        Self::fallible::<I, O, _, _>(names, move |values| Ok::<_, Infallible>(f(values)))
+    }
+
+    /// An operation from `I` to `O` that may refuse its arguments.
+    pub(crate) fn fallible<I, O, F, E>(names: &'static [&'static str], f: F) -> Self
+    where
+        I: Slots + 'static,
+        O: Slots + 'static,
+        F: Fn(I::Values) -> Result<O::Values, E> + Send + Sync + 'static,
+        E: Into<Refusal> + 'static,
+    {
+        Self {
+            names,
+            inputs: I::SHAPES,
+            outputs: O::SHAPES,
+            checked: I::CHECKED,
+            frozen: O::CHECKED,
+            kernel: Box::new(Each::<I, O, F> { f, of: PhantomData }),
+        }
+    }
+
+    /// Applies the operation to arrays whose batches broadcast. Elements come back as arrays that cannot be written, so that they
+    /// stay elements; several results as a tuple; a number that is no batch as a `float`.
+    pub(crate) fn call<'py>(
+        &self,
+        py: Python<'py>,
+        arguments: &[&Bound<'py, PyAny>],
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let arguments = (arguments.iter().zip(self.names).zip(self.inputs))
+            .map(|((value, name), trailing)| Argument::new(value, name, trailing))
+            .collect::<PyResult<Vec<_>>>()?;
+        let batch = self.batch(&arguments)?;
+        let mut results =
+            self.outputs.iter().map(|shape| zeros(py, &batch, shape)).collect::<PyResult<Vec<_>>>()?;
+        {
+            let operands = (arguments.iter().zip(self.inputs))
+                .map(|(argument, shape)| argument.operand(shape, product(shape), &batch))
+                .collect::<PyResult<Vec<_>>>()?;
+            let mut rows =
+                results.iter_mut().map(PyReadwriteArrayDyn::as_slice_mut).collect::<Result<Vec<_>, _>>()?;
+            let count = product(&batch);
+            let mut compute = || self.run(&operands, count, &mut rows);
+            let done = if count < RELEASE { compute() } else { py.detach(compute) };
+            done.map_err(|fault| fault.raise(self.names, &batch))?;
+        }
+        let mut results =
+            results.into_iter().zip(self.frozen).map(|(array, frozen)| finished(array, *frozen));
+        match (self.outputs, results.next()) {
+            ([_], Some(result)) => Ok(result),
+            (_, first) => {
+                Ok(PyTuple::new(py, first.into_iter().chain(results).collect::<Vec<_>>())?.into_any())
+            }
+        }
+    }
+
+    /// The common batch of the arguments.
+    fn batch(&self, arguments: &[Argument<'_>]) -> PyResult<Vec<usize>> {
+        let shapes =
+            || arguments.iter().zip(self.inputs).map(|(argument, trailing)| argument.batch(trailing.len()));
+        broadcast(shapes()).ok_or_else(|| {
+            let told =
+                self.names.iter().zip(shapes()).map(|(name, shape)| format!("{name} {}", tuple(shape)));
+            ShapeError::new_err(format!("batches do not broadcast: {}", told.collect::<Vec<_>>().join(", ")))
+        })
+    }
+
+    /// Computes all rows, in parallel where there are many. Of several faults, the first place is told.
+    fn run(&self, inputs: &[Operand<'_>], count: usize, outputs: &mut [&mut [f64]]) -> Result<(), Fault> {
+        if count < PARALLEL {
+            return self.stretch(inputs, 0..count, outputs);
+        }
+        let mut chunks: Vec<Vec<&mut [f64]>> = Vec::new();
+        chunks.resize_with(count.div_ceil(CHUNK), Vec::new);
+        for (output, shape) in outputs.iter_mut().zip(self.outputs) {
+            let rows = output.chunks_mut(CHUNK * product(shape));
+            chunks.iter_mut().zip(rows).for_each(|(chunk, rows)| chunk.push(rows));
+        }
+        chunks
+            .into_par_iter()
+            .enumerate()
+            .filter_map(|(i, mut outputs)| {
+                let start = i * CHUNK;
+                self.stretch(inputs, start..count.min(start + CHUNK), &mut outputs).err()
+            })
+            .min_by_key(|fault| fault.index)
+            .map_or(Ok(()), Err)
+    }
+
+    /// Computes the rows of some places, small enough to stay in the cache while they are checked.
+    fn stretch(
+        &self,
+        inputs: &[Operand<'_>],
+        places: Range<usize>,
+        outputs: &mut [&mut [f64]],
+    ) -> Result<(), Fault> {
+        for (argument, operand) in inputs.iter().enumerate().filter(|(argument, _)| !self.checked[*argument])
+        {
+            if let Some(index) = places.clone().find(|&place| !finite(operand.row(place))) {
+                return Err(Fault { index, reason: Reason::Argument(argument) });
+            }
+        }
+        self.kernel.run(inputs, places.clone(), outputs)?;
+        if outputs.iter().all(|rows| finite(rows)) {
+            return Ok(());
+        }
+        let first = outputs
+            .iter()
+            .zip(self.outputs)
+            .filter_map(|(rows, shape)| rows.chunks(product(shape)).position(|row| !finite(row)));
+        Err(Fault { index: places.start + first.min().unwrap_or(0), reason: Reason::Overflow })
+    }
+}
+
+fn zeros<'py>(py: Python<'py>, batch: &[usize], shape: &[usize]) -> PyResult<PyReadwriteArrayDyn<'py, f64>> {
+    let shape: Vec<usize> = batch.iter().chain(shape).copied().collect();
+    Ok(PyArrayDyn::zeros(py, IxDyn(&shape), false).try_readwrite()?)
+}
+
+fn finished(array: PyReadwriteArrayDyn<'_, f64>, frozen: bool) -> Bound<'_, PyAny> {
+    if frozen {
+        return array.make_nonwriteable().as_any().clone();
+    }
+    match array.get(IxDyn(&[])) {
+        Some(number) => PyFloat::new(array.py(), *number).into_any(),
+        None => array.as_any().clone(),
+    }
+}
+
+/// A function of one element, applied to each.
+struct Each<I, O, F> {
+    f: F,
+    of: PhantomData<fn(I) -> O>,
+}
+
+impl<I, O, F, E> Kernel for Each<I, O, F>
+where
+    I: Slots,
+    O: Slots,
+    F: Fn(I::Values) -> Result<O::Values, E> + Send + Sync,
+    E: Into<Refusal>,
+{
+    fn run(
+        &self,
+        inputs: &[Operand<'_>],
+        places: Range<usize>,
+        outputs: &mut [&mut [f64]],
+    ) -> Result<(), Fault> {
+        for (row, place) in places.enumerate() {
+            match (self.f)(I::read(inputs, place)) {
+                Ok(values) => O::write(&values, outputs, row),
+                Err(error) => return Err(Fault { index: place, reason: Reason::Refused(error.into()) }),
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Whether no number is NaN or infinite. Without a branch per number, so that it costs little.
+fn finite(numbers: &[f64]) -> bool {
+    numbers.iter().fold(true, |all, x| all & x.is_finite())
+}
+
+/// A class of operations: each a method on arrays, with the types of its rows and the formula, a call of the library.
+///
+/// The brackets hold the parameters and bounds in which types and formulas are written; `new` stands before operations that have an
+/// answer for all arguments, `fallible` before those that do not.
+macro_rules! operations {
+    (@new $arguments:ty, $results:ty, $names:expr, $formula:expr) => {
+        $crate::operation::Operation::new::<$arguments, $results, _>($names, $formula)
+    };
+    (@fallible $arguments:ty, $results:ty, $names:expr, $formula:expr) => {
+        $crate::operation::Operation::fallible::<$arguments, $results, _, _>($names, $formula)
+    };
+    (
+        $(#[$attribute:meta])*
+        $table:ident [$($parameter:tt)*] where [$($bound:tt)*];
+        $($kind:ident $name:ident($($argument:ident: $slot:ty),*) -> $output:ty { $formula:expr })*
+    ) => {
+        $(#[$attribute])*
+        #[pyo3::pyclass(frozen, module = "boxplus._core")]
+        pub(crate) struct $table {
+            $($name: $crate::operation::Operation,)*
+        }
+
+        #[allow(clippy::wrong_self_convention)] // `self` is the table, not an element.
+        #[pyo3::pymethods]
+        impl $table {
+            $(fn $name<'py>(
+                &self,
+                py: pyo3::Python<'py>,
+                $($argument: &pyo3::Bound<'py, pyo3::PyAny>,)*
+            ) -> pyo3::PyResult<pyo3::Bound<'py, pyo3::PyAny>> {
+                self.$name.call(py, &[$($argument),*])
+            })*
+        }
+
+        impl $table {
+            /// The table of one group.
+            fn new<$($parameter)*>() -> Self
+            where
+                $($bound)*
+            {
+                Self {
+                    $($name: $crate::operation::operations!(
+                        @$kind ($($slot,)*), $output, &[$(stringify!($argument)),*], |($($argument,)*)| $formula
+                    ),)*
+                }
+            }
+        }
+    };
+}
+pub(crate) use operations;
