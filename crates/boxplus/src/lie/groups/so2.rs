@@ -27,7 +27,7 @@ impl<S: Real> SO2<S> {
     /// The rotation by `angle` radians, counter-clockwise.
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn from_angle(angle: S) -> Self {
-        let (sin, cos) = angle.sin_cos();
+        let (sin, cos) = angle.simd_sin_cos();
         Self::from_unit(cos, sin)
     }
 
