@@ -6,7 +6,6 @@ import argparse
 import datetime
 import json
 import os
-import resource
 import statistics
 import subprocess
 import sys
@@ -78,20 +77,18 @@ class Bench:
 
     def run(self, solver: Solver, method: Method, iterations: int | None = None) -> Run:
         """Run a solver once, with its own limit on the iterations or the one given."""
-        adapter = self._boxplus if method.solver == "boxplus" else self._driver
         self._output.unlink(missing_ok=True)
         try:
-            return adapter(solver, method, iterations)
+            return self._driver(solver, method, iterations)
         except subprocess.TimeoutExpired:
             return Run(f"timeout after {self._timeout:g} s")
         except (OSError, ValueError, KeyError) as error:
             return Run(f"unreadable output: {error!r}")
 
-    def _process(self, command: list[str]) -> tuple[subprocess.CompletedProcess[str], float]:
-        """A finished process and the CPU seconds it took."""
+    def _process(self, command: list[str]) -> subprocess.CompletedProcess[str]:
+        """A finished process."""
         # Wall time is limited: under RLIMIT_CPU Linux advances a process's CPU clock only at ticks, of 4 ms here.
-        before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        done = subprocess.run(
+        return subprocess.run(
             command,
             capture_output=True,
             text=True,
@@ -99,13 +96,11 @@ class Bench:
             env=os.environ | ONE_THREAD,
             check=False,
         )
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        return done, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
     def _driver(self, solver: Solver, method: Method, iterations: int | None) -> Run:
         """Call a driver, whose protocol drivers/record.py describes."""
         limit = [] if iterations is None else [str(iterations)]
-        done, _ = self._process([*solver.command, str(self.path), method.argument, str(self._output), *limit])
+        done = self._process([*solver.command, str(self.path), method.argument, str(self._output), *limit])
         if not done.stdout.startswith("{"):
             return Run(_crash(done))
         report = json.loads(done.stdout)
@@ -113,21 +108,6 @@ class Bench:
         pairs = zip(report["records"], states, strict=True)
         records = [Record(iteration, cpu, wall, state) for (iteration, cpu, wall), state in pairs]
         return Run(report["status"], records, *report["total"])
-
-    def _boxplus(self, solver: Solver, method: Method, iterations: int | None) -> Run:
-        """Call our command line. Its times are wall times; CPU is at most them, and at most the whole process's."""
-        limit = [] if iterations is None else [f"--max-iterations={iterations}"]
-        options = ["-o", str(self._output), "--to=g2o", "--json", "--threads=1", *method.argument.split(), *limit]
-        done, cpu = self._process([*solver.command, "solve", str(self.path), *options])
-        if not done.stdout.lstrip().startswith("{") or not self._output.exists():
-            return Run(_crash(done))
-        report = json.loads(done.stdout)
-        poses = score.read_g2o(self._output).poses
-        seconds = report["seconds"]["initialise"] + report["seconds"]["optimise"]
-        trace = report.get("trace") or [{"seconds": seconds}]
-        reached = trace[-1]["seconds"]
-        record = Record(report["iterations"], min(reached, cpu), reached, poses)
-        return Run(str(report["termination"]), [record], min(seconds, cpu), seconds)
 
 
 def _crash(done: subprocess.CompletedProcess[str]) -> str:

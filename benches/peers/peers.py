@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.metadata
 import os
-import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -49,10 +48,12 @@ class Method:
 
 
 METHODS = (
-    Method("boxplus", "boxplus", "boxplus", "log", "", traces=False),
-    Method("boxplus-file", "boxplus, start of the file", "boxplus", "log", "--init=file", traces=False),
+    Method("boxplus", "boxplus", "boxplus", "log", "auto", traces=False),
+    Method("boxplus-file", "boxplus, start of the file", "boxplus", "log", "file", traces=False),
     Method("gtsam-lm", "GTSAM LM, MULTIFRONTAL_CHOLESKY (default)", "gtsam", "log", "lm"),
     Method("gtsam-lm-solver", "GTSAM LM, MULTIFRONTAL_SOLVER", "gtsam", "log", "lm+solver"),
+    Method("gtsam-lm-metis", "GTSAM LM, METIS ordering", "gtsam", "log", "lm+metis", standard=False),
+    Method("gtsam-gn-metis", "GTSAM GN, METIS ordering", "gtsam", "log", "gn+metis", standard=False),
     Method("gtsam-gn", "GTSAM GN", "gtsam", "log", "gn", standard=False),
     Method("gtsam-gn-solver", "GTSAM GN, MULTIFRONTAL_SOLVER", "gtsam", "log", "gn+solver", standard=False),
     Method("gtsam-dogleg", "GTSAM dogleg", "gtsam", "log", "dogleg", standard=False),
@@ -104,14 +105,15 @@ def _wheel(package: str, version: str, driver: str) -> Callable[[], Solver]:
 
 
 def _crate(package: str, binary: str) -> Callable[[], Solver]:
-    """A solver from crates.io, with our driver."""
+    """A solver in Rust, with our driver."""
 
     def build() -> Solver:
         _call("cargo", "build", "--release", "--locked", "--features", package, "--bin", binary)
         target = Path(os.environ.get("CARGO_TARGET_DIR", HERE / "target"))
         lock = (HERE / "Cargo.lock").read_text(encoding="utf-8")
         version = lock.split(f'name = "{package}"\nversion = "', 1)[1].split('"', 1)[0]
-        return Solver(f"{package} {version} (crates.io)", (str(target / "release" / binary),))
+        origin = "this repository" if package == "boxplus" else "crates.io"
+        return Solver(f"{package} {version} ({origin})", (str(target / "release" / binary),))
 
     return build
 
@@ -131,22 +133,8 @@ def _ceres() -> Solver:
     return Solver(f"Ceres {version} (Debian; SuiteSparse with {Path(blas).resolve()})", (str(binary),))
 
 
-def _boxplus() -> Solver:
-    """The binary named by BOXPLUS_BIN, or the one built from this repository."""
-    given = os.environ.get("BOXPLUS_BIN")
-    binary = Path(given).resolve() if given else REPOSITORY / "target" / "release" / "boxplus"
-    if not given:
-        _call("cargo", "build", "--release", "-p", "boxplus-cli", cwd=REPOSITORY)
-    if not (binary.exists() and shutil.which(binary)):
-        raise Unavailable(f"{binary} is no program")
-    version = _call(binary, "--version").strip()
-    if not version:
-        raise Unavailable(f"{binary} --version prints nothing")
-    return Solver(version, (str(binary),))
-
-
 _PREPARE: dict[str, Callable[[], Solver]] = {
-    "boxplus": _boxplus,
+    "boxplus": _crate("boxplus", "boxplus_driver"),
     "gtsam": _wheel("gtsam", "4.3.0", "gtsam_driver.py"),
     "g2o": _wheel("g2o-python", "0.0.12", "g2o_driver.py"),
     "ceres": _ceres,

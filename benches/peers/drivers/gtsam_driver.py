@@ -46,13 +46,15 @@ def initialize(graph: gtsam.NonlinearFactorGraph, spatial: bool) -> gtsam.Values
 
 
 def main(path: str, method: str, output: str, max_iterations: str = "") -> None:
-    """Run METHOD = [init+](lm|gn|dogleg)[+solver], with the stopping rule of GTSAM's `optimize`."""
+    """Run METHOD = [init+](lm|gn|dogleg)[+solver][+metis], with the stopping rule of GTSAM's `optimize`."""
     graph, values, spatial = load(path)
     options = method.split("+")
     optimizer_type, params_type = next(OPTIMIZERS[name] for name in options if name in OPTIMIZERS)
     params = params_type()
     if "solver" in options:
         params.setLinearSolver(LINEAR_SOLVERS.MULTIFRONTAL_SOLVER)
+    if "metis" in options:
+        params.setOrderingType("METIS")
     if max_iterations:
         params.setMaxIterations(int(max_iterations))
     recorder, status, iteration = Recorder(), "max_iterations", 0

@@ -7,7 +7,7 @@ use boxplus::pose_graph::simulate::Simulator;
 use clap::{Args, Parser, Subcommand, ValueHint};
 use clap_complete::Shell;
 
-use crate::choices::{Algorithm, Chart, Format, Indefinite, Init, Robust, simulator};
+use crate::choices::{Algorithm, Chart, Format, Gauge, Indefinite, Init, Robust, simulator};
 use crate::consistency::{self, Consistency};
 use crate::pose;
 use crate::pose::args::Pose;
@@ -91,6 +91,7 @@ Examples:
   boxplus solve map.g2o -o solved.g2o --json > report.json
   boxplus solve map.g2o --robust cauchy:1 --init chordal
   boxplus solve map.g2o --robust gnc-tls --json | jq .rejected_closures
+  boxplus solve map.g2o --robust pcm+gnc-tls
   boxplus solve map.g2o --certify
   gzip -dc map.g2o.gz | boxplus solve - -o - > solved.g2o
 
@@ -112,9 +113,9 @@ pub struct Solve {
     /// Draw the graph before and after, as .svg or .png.
     #[arg(long, value_name = "PICTURE", value_hint = ValueHint::FilePath)]
     pub plot: Option<PathBuf>,
-    /// Draw 95 % ellipses of the positions, too.
-    #[arg(long, requires = "plot")]
-    pub covariance: bool,
+    /// Draw 95 % ellipses of the positions, too: relative to what is held, or to nothing (free), where nothing is fixed.
+    #[arg(long, requires = "plot", value_name = "GAUGE", num_args = 0..=1, require_equals = true, default_missing_value = "held")]
+    pub covariance: Option<Gauge>,
     #[command(flatten)]
     pub method: Method,
 }
@@ -133,8 +134,9 @@ pub struct Method {
     #[arg(long, value_name = "NAME", default_value = "log")]
     pub chart: Chart,
     /// Robust kernel against outliers, its scale in standard deviations: huber, pseudo-huber, cauchy, geman-mcclure,
-    /// welsch, tukey, fair, dcs, truncated, barron. Or find and leave out false loop closures by graduated non-convexity, odometry
-    /// trusted: gnc-tls, gnc-gm; without scale one true closure in a hundred is given up.
+    /// welsch, tukey, fair, dcs, truncated, barron. Or find and leave out false loop closures, odometry trusted, by graduated
+    /// non-convexity (gnc-tls, gnc-gm) or switches (switchable); without scale one true closure in a hundred is given up. Or use
+    /// only the largest set of closures of which every two agree (pcm:CONFIDENCE), also before another: pcm+gnc-tls.
     #[arg(long, value_name = "NAME[:SCALE]")]
     pub robust: Option<Robust>,
     /// Hold a vertex where it is; may be given again.
@@ -145,8 +147,8 @@ pub struct Method {
     #[arg(long, conflicts_with = "robust")]
     pub certify: bool,
     /// Edges whose information matrix is not positive definite.
-    #[arg(long, value_name = "POLICY", default_value = "refuse")]
-    pub indefinite: Indefinite,
+    #[arg(long, value_name = "POLICY", default_value = "reject", alias = "indefinite")]
+    pub information: Indefinite,
     /// Stop after so many steps.
     #[arg(long, value_name = "N")]
     pub max_iterations: Option<usize>,

@@ -3,6 +3,7 @@
 use boxplus::pose_graph::solve::PositionCovariance;
 use boxplus::pose_graph::{PoseGraph, SolveSettings, Solved};
 
+use crate::choices::Gauge;
 use crate::draw::{Ellipse, Figure, Panel, Places, Scene};
 use crate::error::Error;
 use crate::input::Loaded;
@@ -19,7 +20,7 @@ pub fn figure(
     loaded: &Loaded,
     settings: &SolveSettings,
     solved: &Solved,
-    covariance: bool,
+    covariance: Option<Gauge>,
     console: Console,
 ) -> Result<Figure, Error> {
     let _progress = Progress::start(console, "drawing");
@@ -30,9 +31,13 @@ pub fn figure(
     };
     let chi2 = before.chi2(settings).map_err(refused)?;
     let mut after = Scene::of(&solved.graph, &sigmas(&solved.graph, &solved.chi2));
-    if covariance {
-        let ids = spread(&solved.graph);
-        let covariances = solved.graph.position_covariances(&ids, settings).map_err(refused)?;
+    if let Some(gauge) = covariance {
+        let (ids, kept) = (spread(&solved.graph), solved.agreeing());
+        let covariances = match gauge {
+            Gauge::Held => kept.position_covariances(&ids, settings),
+            Gauge::Free => kept.position_covariances_of_minimum_norm(&ids, settings),
+        };
+        let covariances = covariances.map_err(refused)?;
         after.ellipses = ellipses(&solved.graph, &covariances);
     }
     let panel = |heading: &str, cost, scene| Panel {

@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 use boxplus::graph::{GraduatedLoss, Graduation, Kernel};
 use boxplus::pose_graph::simulate::Simulator;
+use boxplus::pose_graph::solve::{Pairwise, Switches};
 use boxplus::pose_graph::{self, ChartKind};
 use boxplus::{graph, io};
 use clap::ValueEnum;
@@ -134,28 +135,72 @@ pub struct Robust {
     pub kernel: Kernel,
     /// How false loop closures are sought.
     pub graduation: Option<Graduation>,
+    /// Whether loop closures have switches.
+    pub switches: Option<Switches>,
+    /// Whether loop closures must agree with each other.
+    pub pairwise: Option<Pairwise>,
     /// The user's word.
     pub text: String,
+}
+
+impl Robust {
+    /// Whether loop closures are under suspicion.
+    pub fn doubts_closures(&self) -> bool {
+        self.graduation.is_some() || self.switches.is_some() || self.pairwise.is_some()
+    }
+
+    /// A kernel, or what is sought among the loop closures that are left.
+    fn one(text: &str) -> Result<Self, String> {
+        let none = Self {
+            kernel: Kernel::None,
+            graduation: None,
+            switches: None,
+            pairwise: None,
+            text: text.to_owned(),
+        };
+        let (name, number) = text.split_once(':').map_or((text, None), |(name, number)| (name, Some(number)));
+        let scale = || match number.map(str::parse::<f64>) {
+            None => Ok(None),
+            Some(Ok(scale)) if scale > 0.0 && scale.is_finite() => Ok(Some(scale)),
+            Some(_) => Err(format!("the scale of {name} must be positive and finite")),
+        };
+        let graduated = |loss| Ok::<_, String>(Some(Graduation { loss, scale: scale()? }));
+        Ok(match name {
+            "gnc-tls" => Self { graduation: graduated(GraduatedLoss::TruncatedLeastSquares)?, ..none },
+            "gnc-gm" => Self { graduation: graduated(GraduatedLoss::GemanMcClure)?, ..none },
+            "switchable" => Self { switches: Some(Switches { scale: scale()? }), ..none },
+            "pcm" => Self { pairwise: Some(pairwise(number)?), ..none },
+            _ => {
+                let wrong = |error| format!("{error}, gnc-tls, gnc-gm, switchable, pcm");
+                Self { kernel: text.parse().map_err(wrong)?, ..none }
+            }
+        })
+    }
 }
 
 impl FromStr for Robust {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let (name, scale) = text.split_once(':').map_or((text, None), |(name, scale)| (name, Some(scale)));
-        let losses =
-            [("gnc-tls", GraduatedLoss::TruncatedLeastSquares), ("gnc-gm", GraduatedLoss::GemanMcClure)];
-        let Some((_, loss)) = losses.into_iter().find(|(known, _)| *known == name) else {
-            let kernel = text.parse().map_err(|error| format!("{error}, gnc-tls, gnc-gm"))?;
-            return Ok(Self { kernel, graduation: None, text: text.to_owned() });
-        };
-        let scale = match scale.map(str::parse::<f64>) {
-            None => None,
-            Some(Ok(scale)) if scale > 0.0 && scale.is_finite() => Some(scale),
-            Some(_) => return Err(format!("the scale of {name} must be positive and finite")),
-        };
-        let graduation = Some(Graduation { loss, scale });
-        Ok(Self { kernel: Kernel::None, graduation, text: text.to_owned() })
+        let Some((first, second)) = text.split_once('+') else { return Self::one(text) };
+        let (first, second) = (Self::one(first)?, Self::one(second)?);
+        if first.pairwise.is_none() || second.kernel != Kernel::None || second.pairwise.is_some() {
+            return Err(
+                "only pcm can be followed by another, as in pcm+gnc-tls, pcm+gnc-gm or pcm+switchable"
+                    .to_owned(),
+            );
+        }
+        Ok(Self { pairwise: first.pairwise, text: text.to_owned(), ..second })
+    }
+}
+
+/// Reads how sure it must be that two closures disagree.
+fn pairwise(confidence: Option<&str>) -> Result<Pairwise, String> {
+    let usual = Pairwise::default();
+    match confidence.map(str::parse::<f64>) {
+        None => Ok(usual),
+        Some(Ok(confidence)) if confidence > 0.0 && confidence < 1.0 => Ok(Pairwise { confidence, ..usual }),
+        Some(_) => Err("the confidence of pcm must lie between 0 and 1".to_owned()),
     }
 }
 
@@ -163,7 +208,8 @@ impl FromStr for Robust {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Indefinite {
     /// Refuse the graph, naming such edges
-    Refuse,
+    #[value(alias = "refuse")]
+    Reject,
     /// Raise the eigenvalues until it is
     Clamp,
     /// Weigh all directions of the translation alike, and all of the rotation
@@ -176,12 +222,21 @@ impl Indefinite {
     /// The library's word.
     pub fn library(self) -> pose_graph::Indefinite {
         match self {
-            Self::Refuse => pose_graph::Indefinite::Refuse,
+            Self::Reject => pose_graph::Indefinite::Refuse,
             Self::Clamp => pose_graph::Indefinite::Clamp,
             Self::Isotropic => pose_graph::Indefinite::Isotropic,
             Self::Skip => pose_graph::Indefinite::Skip,
         }
     }
+}
+
+/// What covariances are relative to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Gauge {
+    /// What is fixed, else one held vertex, whose covariance is zero
+    Held,
+    /// Nothing: the least covariance that the measurements allow
+    Free,
 }
 
 /// Takes the names of simulators.
@@ -191,8 +246,34 @@ pub fn simulator() -> impl TypedValueParser<Value = Simulator> {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_done_against_outliers_is_read_and_only_pcm_goes_before_another() {
+        let read = |text: &str| text.parse::<Robust>();
+        let both = read("pcm:0.99+gnc-gm:3").unwrap();
+        assert_eq!(both.pairwise.unwrap().confidence, 0.99);
+        assert_eq!(both.graduation.unwrap().scale, Some(3.0));
+        assert_eq!(both.text, "pcm:0.99+gnc-gm:3");
+        assert!(read("pcm+switchable:2").unwrap().switches.is_some());
+        assert!(read("switchable").unwrap().doubts_closures() && read("pcm").unwrap().doubts_closures());
+        assert!(!read("dcs:1").unwrap().doubts_closures());
+        for bad in [
+            "gnc-tls+pcm",
+            "pcm+pcm",
+            "pcm+huber",
+            "pcm:1",
+            "pcm:0",
+            "switchable:-1",
+            "pcm+",
+            "+pcm",
+            "pcm+gnc",
+        ] {
+            assert!(read(bad).is_err(), "{bad}");
+        }
+    }
 
     #[test]
     fn the_ending_of_a_name_tells_the_format() {

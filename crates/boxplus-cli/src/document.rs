@@ -51,15 +51,26 @@ pub struct SolveDocument {
     pub trace: Vec<Trial>,
     pub worst_edges: Vec<WorstEdge>,
     pub faults: Vec<FaultReport>,
-    /// With `--robust gnc-…`: the loop closures found to be false.
+    /// With `--robust gnc-…`, `switchable` or `pcm`: the loop closures found to be false.
     pub rejected_closures: Option<Vec<WorstEdge>>,
-    /// Lines whose information matrix was mended, or that were left out: see `--indefinite`.
+    /// With `--robust pcm`: how many loop closures agree with each other.
+    pub pairwise: Option<PairwiseReport>,
+    /// Lines whose information matrix was mended, or that were left out: see `--information`.
     pub mended: Vec<u32>,
     /// With `--certify`: what is proved about the result.
     pub certificate: Option<CertificateReport>,
     /// What nothing constrains, in words.
     pub unconstrained: Option<String>,
     pub outputs: Vec<String>,
+}
+
+/// The largest set of loop closures of which every two agree.
+#[derive(Debug, Serialize)]
+pub struct PairwiseReport {
+    pub closures: usize,
+    pub kept: usize,
+    /// Whether it is certain that no set is larger; otherwise the search was cut short.
+    pub is_largest: bool,
 }
 
 #[derive(Debug, Serialize)]
@@ -229,8 +240,13 @@ impl SolveDocument {
             rejected_closures: method
                 .robust
                 .as_ref()
-                .and_then(|robust| robust.graduation)
+                .filter(|robust| robust.doubts_closures())
                 .map(|_| solved.rejected_closures().iter().map(WorstEdge::new).collect()),
+            pairwise: solved.selection.map(|selection| PairwiseReport {
+                closures: selection.closures,
+                kept: selection.kept,
+                is_largest: selection.is_largest,
+            }),
             mended: solved.mended.iter().map(|line| line.0).collect(),
             certificate: None,
             unconstrained: solved.unconstrained.as_ref().map(ToString::to_string),

@@ -49,7 +49,7 @@ impl Loaded {
     fn help(&self, fault: &Fault, count: usize) -> String {
         let mend = match fault {
             Fault::Information { .. } => {
-                "--indefinite clamp or isotropic makes such matrices positive definite, --indefinite skip leaves such edges out"
+                "--information clamp or isotropic makes such matrices positive definite, --information skip leaves such edges out"
             }
             Fault::MissingVertex { .. } => {
                 "add the vertex, or remove the line; a file without any vertex is fine, too"

@@ -20,6 +20,7 @@ impl SolveDocument {
         rows.push(row("held", &self.held()));
         rows.push(row("time", &self.time()));
         rows.extend(self.fault_rows());
+        rows.extend(self.pairwise());
         rows.extend(self.rejected(if verbose { usize::MAX } else { WORST }));
         rows.extend(self.mended());
         rows.extend(self.worst_rows(if verbose { self.worst_edges.len() } else { WORST }));
@@ -128,6 +129,15 @@ impl SolveDocument {
     fn worst_rows(&self, shown: usize) -> Vec<String> {
         let edges = self.worst_edges.iter().take(shown).enumerate();
         edges.map(|(i, edge)| row(if i == 0 { "worst" } else { "" }, &edge.text())).collect()
+    }
+
+    fn pairwise(&self) -> Option<String> {
+        let pairwise = self.pairwise.as_ref()?;
+        let closures = count(pairwise.closures, "loop closure", "loop closures");
+        let sure = if pairwise.is_largest { "no larger set does" } else { "the largest set found in time" };
+        let text =
+            format!("{} of {closures} agree with each other   {DIM}{sure}{DIM:#}", grouped(pairwise.kept));
+        Some(row("pairwise", &text))
     }
 
     /// The loop closures found to be false.

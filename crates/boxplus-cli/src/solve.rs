@@ -81,8 +81,10 @@ fn settings(method: &Method, global: &Global) -> SolveSettings {
         initial: method.init.library(),
         kernel: method.robust.as_ref().map_or(Kernel::None, |robust| robust.kernel),
         graduation: method.robust.as_ref().and_then(|robust| robust.graduation),
+        switches: method.robust.as_ref().and_then(|robust| robust.switches),
+        pairwise: method.robust.as_ref().and_then(|robust| robust.pairwise),
         fixed: method.fix.clone(),
-        indefinite: method.indefinite.library(),
+        indefinite: method.information.library(),
         options: SolveOptions {
             algorithm: method.algorithm.library(),
             max_iterations: method.max_iterations.unwrap_or(usual.max_iterations),

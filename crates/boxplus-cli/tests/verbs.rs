@@ -170,10 +170,11 @@ fn indefinite_information_is_mended_or_left_out_when_asked() {
     let folder = Folder::new().with("map.g2o", map);
     assert_eq!(folder.boxplus("solve map.g2o").code, 3);
     for policy in ["clamp", "skip"] {
-        let run = folder.boxplus(&format!("solve map.g2o --json --indefinite {policy}"));
+        let run = folder.boxplus(&format!("solve map.g2o --json --information {policy}"));
         assert_eq!(run.code, 0, "{policy}: {}", run.stderr);
         assert_eq!(run.json()["mended"], serde_json::json!([5]), "{policy}");
     }
+    // The name it had before.
     assert!(folder.boxplus("solve map.g2o --indefinite skip").stdout.contains("mended    1 measurement"));
     assert_eq!(folder.boxplus("plot map.g2o -o map.svg").code, 0);
 }
@@ -221,7 +222,15 @@ fn diagnose_names_false_loop_closures_and_solve_leaves_them_out() {
     let run =
         folder.boxplus("solve demo:manhattan --size 300 --outliers 0.1 --seed 1 --robust gnc-tls --json");
     assert_eq!(run.json()["rejected_closures"].as_array().unwrap().len(), named);
-    for bad in ["gnc-tls:0", "gnc-gm:x", "gnc"] {
+    let run = folder
+        .boxplus("solve demo:manhattan --size 300 --outliers 0.1 --seed 1 --robust pcm+gnc-tls --json")
+        .json();
+    assert_eq!(run["rejected_closures"].as_array().unwrap().len(), named);
+    let kept = run["pairwise"]["kept"].as_u64().unwrap();
+    assert!(kept < run["loop_closures"].as_u64().unwrap());
+    let run = folder.boxplus("solve demo:manhattan --size 300 --outliers 0.1 --seed 1 --robust pcm");
+    assert!(run.stdout.contains("agree with each other"), "{}", run.stdout);
+    for bad in ["gnc-tls:0", "gnc-gm:x", "gnc", "pcm:1", "gnc-tls+pcm"] {
         assert_eq!(folder.boxplus(&format!("solve demo:sphere --robust {bad}")).code, 2, "{bad}");
     }
 }

@@ -32,7 +32,7 @@ impl Partition {
     }
 
     /// The size of every part, at its representative: `(representative, size)`.
-    #[cfg(feature = "io")]
+    #[cfg(any(feature = "io", test))]
     pub(crate) fn parts(&self) -> impl Iterator<Item = (usize, usize)> {
         self.parent.iter().enumerate().filter(|(i, p)| i == *p).map(|(i, _)| (i, self.size[i]))
     }

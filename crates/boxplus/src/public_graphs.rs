@@ -1,7 +1,8 @@
-//! The linear core on public graphs: checked always, timed beside faer's on demand:
+//! The linear core on public graphs: checked always, timed beside faer's on demand; and how the solver grows with its graphs:
 //!
 //! ```sh
 //! BOXPLUS_DATA=... cargo test --release -p boxplus --features solve,io --lib factor_speed -- --ignored --nocapture
+//! BOXPLUS_WORLDS=manhattan:1000,grid:1000 cargo test --release -p boxplus --features solve,io --lib growth -- --ignored --nocapture
 //! ```
 #![allow(
     clippy::unwrap_used,
@@ -15,8 +16,9 @@ use std::time::Instant;
 use crate::graph::linear::cholesky::Cholesky;
 use crate::graph::linear::oracle::{Oracle, TileRate, entries, graph_of, normal_equations};
 use crate::graph::linear::pattern::Pattern;
-use crate::graph::{Graph, Initial, Values, VariableId};
+use crate::graph::{Graph, Initial, SolveOptions, Values, VariableId};
 use crate::lie::{SE2, SE3};
+use crate::pose_graph::simulate::{Options, Simulator};
 use crate::pose_graph::solve::factors;
 
 const FILES: [&str; 9] = [
@@ -91,6 +93,115 @@ fn factor_speed() {
             faer / factorise,
             invert * 1e3,
             invert / factorise,
+        );
+    }
+}
+
+/// Seconds that this thread has computed, where Linux tells; else those that have passed.
+fn cpu_seconds(start: Instant) -> f64 {
+    let nanoseconds = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
+    let first = nanoseconds.and_then(|text| text.split(' ').next()?.parse::<f64>().ok());
+    first.map_or_else(|| start.elapsed().as_secs_f64(), |ns| ns * 1e-9)
+}
+
+/// The largest memory of the process so far, in MB; NaN where Linux does not tell.
+fn peak_memory() -> f64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    line.and_then(|line| line.split_whitespace().next()?.parse::<f64>().ok()).map_or(f64::NAN, |kb| kb / 1e3)
+}
+
+/// What [`growth`] measures unless told otherwise.
+const WORLDS: &str = "manhattan:1000,manhattan:10000,manhattan:100000,grid:1000,grid:8000";
+
+/// How long a simulated graph of one size takes.
+struct Growth {
+    poses: usize,
+    measurements: usize,
+    initialise: f64,
+    optimise: f64,
+    steps: usize,
+    megabytes: f64,
+    numbers: usize,
+    flop: f64,
+    factorise: f64,
+}
+
+impl Growth {
+    /// Solves on one thread, again and again where that is fast.
+    fn measure(world: Simulator, size: usize) -> Self {
+        let start = Instant::now();
+        let simulated = world.simulate(&Options { size: Some(size), ..Options::default() }).unwrap().graph;
+        let (graph, values) = factors(&simulated).unwrap();
+        drop(simulated);
+        let _ = std::fs::write("/proc/self/clear_refs", "5"); // forget the peak so far
+        let repeats = (20_000 / size).max(1);
+        let (mut initialise, mut optimise, mut steps) = (0.0, 0.0, 0);
+        let mut solved = values.clone();
+        let options = SolveOptions { threads: 1, ..SolveOptions::default() };
+        for _ in 0..repeats {
+            let zero = cpu_seconds(start);
+            let first = graph.initialise(&values, Initial::Auto).unwrap();
+            let one = cpu_seconds(start);
+            let solution = graph.optimize(&first.values, &options).unwrap();
+            initialise += (one - zero) / repeats as f64;
+            optimise += (cpu_seconds(start) - one) / repeats as f64;
+            assert!(solution.report.converged());
+            (steps, solved) = (solution.report.iterations.len(), solution.values);
+        }
+        let megabytes = peak_memory();
+        let (pattern, mut matrix) = normal_equations(&graph, &solved).unwrap();
+        pattern.diagonal().into_iter().for_each(|at| matrix[at] *= 1.0 + 1e-6);
+        let mut cholesky = Cholesky::new(&pattern).unwrap();
+        cholesky.factorise(&matrix).unwrap();
+        let zero = cpu_seconds(start);
+        (0..repeats).for_each(|_| cholesky.factorise(&matrix).unwrap());
+        Self {
+            poses: values.ids().count(),
+            measurements: graph.len(),
+            initialise,
+            optimise,
+            steps,
+            megabytes,
+            numbers: cholesky.factor_len(),
+            flop: cholesky.multiplications() as f64 * 2.0,
+            factorise: (cpu_seconds(start) - zero) / repeats as f64,
+        }
+    }
+}
+
+#[test]
+#[ignore = "measures time and memory"]
+fn growth() {
+    let given = std::env::var("BOXPLUS_WORLDS").unwrap_or_else(|_| WORLDS.into());
+    let mut tile = TileRate::new();
+    let peak = TileRate::FLOP / least(20000, || tile.run());
+    println!("the register tile alone, in the first cache: {:.1} GFlop/s", peak * 1e-9);
+    println!(
+        "| world | poses | measurements | initialise s | optimise s | steps | exponent | peak MB | 10⁶ numbers in L | GFlop | factorise s | GFlop/s | of the tile |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|");
+    let mut before: Option<(&str, f64, f64)> = None;
+    for item in given.split(',') {
+        let (name, size) = item.split_once(':').unwrap();
+        let g = Growth::measure(name.parse().unwrap(), size.parse().unwrap());
+        let (n, t) = (g.poses as f64, g.initialise + g.optimise);
+        let smaller = before.filter(|(other, ..)| *other == name);
+        let exponent =
+            smaller.map_or_else(|| "–".into(), |(_, m, s)| format!("{:.2}", (t / s).ln() / (n / m).ln()));
+        before = Some((name, n, t));
+        println!(
+            "| {name} | {n} | {} | {:.3} | {:.3} | {} | {exponent} | {:.0} | {:.2} | {:.3} | {:.4} | {:.1} | {:.0} % |",
+            g.measurements,
+            g.initialise,
+            g.optimise,
+            g.steps,
+            g.megabytes,
+            g.numbers as f64 * 1e-6,
+            g.flop * 1e-9,
+            g.factorise,
+            g.flop / g.factorise * 1e-9,
+            100.0 * g.flop / g.factorise / peak,
         );
     }
 }

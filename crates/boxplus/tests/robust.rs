@@ -3,7 +3,8 @@
 
 use boxplus::graph::{GraduatedLoss, Graduation, Initial};
 use boxplus::io;
-use boxplus::pose_graph::simulate::{Options, Simulator};
+use boxplus::pose_graph::simulate::{Options, Simulated, Simulator};
+use boxplus::pose_graph::solve::{Pairwise, Switches};
 use boxplus::pose_graph::{Indefinite, PoseGraph, PoseGraphError, SolveSettings, solve::solve};
 
 const TLS: Graduation = Graduation { loss: GraduatedLoss::TruncatedLeastSquares, scale: None };
@@ -52,6 +53,124 @@ fn nearly_all_false_closures_are_found_and_few_true_ones_lost_even_if_half_are_f
             }
         }
     }
+}
+
+/// A world, and the root mean square error of its optimum.
+fn world(simulator: Simulator, size: usize, seed: u64) -> (Simulated, f64) {
+    let world = simulator.simulate(&Options { size: Some(size), seed, ..Options::default() }).unwrap();
+    let clean = error(&solve(&world.graph, &SolveSettings::default()).unwrap().graph, &world.truth);
+    (world, clean)
+}
+
+/// How many false closures were found, how many true ones lost, and the error.
+fn outcome(
+    graph: &PoseGraph,
+    places: &[usize],
+    truth: &PoseGraph,
+    settings: &SolveSettings,
+) -> (usize, usize, f64) {
+    let solved = solve(graph, settings).unwrap();
+    assert!(solved.rejected.is_sorted());
+    let found = places.iter().filter(|place| solved.rejected.contains(place)).count();
+    (found, solved.rejected.len() - found, error(&solved.graph, truth))
+}
+
+/// False closures, less those that are true by chance: two poses drawn at random may stand as claimed.
+fn spoilt(world: &Simulated, share: f64) -> (PoseGraph, Vec<usize>) {
+    let (graph, mut places) = world.graph.with_false_closures(share, 1).unwrap();
+    let at_truth =
+        PoseGraph { poses2: world.truth.poses2.clone(), poses3: world.truth.poses3.clone(), ..graph.clone() };
+    let chi2 = at_truth.chi2(&SolveSettings::default()).unwrap();
+    places.retain(|&place| chi2[place] > 100.0);
+    (graph, places)
+}
+
+#[test]
+fn far_more_noise_may_be_stated_than_there_is_and_false_closures_are_still_told() {
+    // As in many public files. By the stated noise odometry may be anywhere, and nearly every false closure be true.
+    let (world, clean) = world(Simulator::Manhattan, 600, 1);
+    let (mut spoilt, places) = world.graph.with_false_closures(0.3, 1).unwrap();
+    spoilt.edges2.iter_mut().for_each(|edge| edge.information /= 40.0);
+    let (found, lost, reached) = outcome(&spoilt, &places, &world.truth, &graduated(TLS));
+    assert!(found as f64 >= 0.98 * places.len() as f64, "{found} of {}", places.len());
+    assert_eq!(lost, 0);
+    assert!(reached < 1.1 * clean, "{reached} {clean}");
+}
+
+#[test]
+fn closures_that_agree_pairwise_are_the_true_ones_and_what_is_left_is_told_by_graduation() {
+    for (simulator, size) in [(Simulator::Manhattan, 400), (Simulator::Sphere, 196)] {
+        let (world, clean) = world(simulator, size, 1);
+        let (spoilt, places) = spoilt(&world, 0.3);
+        let pairwise = SolveSettings { pairwise: Some(Pairwise::default()), ..SolveSettings::default() };
+        let solved = solve(&spoilt, &pairwise).unwrap();
+        let selection = solved.selection.unwrap();
+        assert_eq!(selection.closures, spoilt.statistics().loop_closures);
+        assert_eq!(selection.kept + solved.rejected.len(), selection.closures);
+        let (found, lost, _) = outcome(&spoilt, &places, &world.truth, &pairwise);
+        assert!(found as f64 > 0.85 * places.len() as f64, "{simulator}: {found} of {}", places.len());
+        assert!(lost as f64 <= 0.02 * selection.closures as f64, "{simulator}: {lost}");
+
+        let both = SolveSettings { graduation: Some(TLS), ..pairwise };
+        let (found, lost, reached) = outcome(&spoilt, &places, &world.truth, &both);
+        assert!(found as f64 >= 0.99 * places.len() as f64, "{simulator}: {found} of {}", places.len());
+        assert!(lost as f64 <= 0.04 * selection.closures as f64, "{simulator}: {lost}");
+        assert!(reached < 1.5 * clean, "{simulator}: {reached} {clean}");
+    }
+}
+
+#[test]
+fn a_search_cut_short_says_so_and_the_same_effort_gives_the_same_answer() {
+    let graph = world(Simulator::Manhattan, 300, 2).0.graph.with_false_closures(0.4, 2).unwrap().0;
+    let with = |effort| {
+        let pairwise = Some(Pairwise { effort, ..Pairwise::default() });
+        solve(&graph, &SolveSettings { pairwise, ..SolveSettings::default() }).unwrap()
+    };
+    let (hasty, again) = (with(0), with(0));
+    assert!(!hasty.selection.unwrap().is_largest);
+    assert_eq!(hasty.rejected, again.rejected);
+    assert!(hasty.selection.unwrap().kept <= with(10_000_000).selection.unwrap().kept);
+}
+
+#[test]
+fn switches_turn_false_closures_off_where_odometry_is_near_the_truth() {
+    let (world, clean) = world(Simulator::Sphere, 256, 1);
+    let (spoilt, places) = world.graph.with_false_closures(0.1, 1).unwrap();
+    let switched = SolveSettings { switches: Some(Switches::default()), ..SolveSettings::default() };
+    let (found, lost, reached) = outcome(&spoilt, &places, &world.truth, &switched);
+    assert_eq!(found, places.len());
+    assert!(lost < 20 && reached < 1.5 * clean, "{lost} lost, {reached} {clean}");
+}
+
+#[test]
+fn an_eliminated_switch_costs_what_the_best_switch_would() {
+    // min over s of s²χ² + c²(1 − s)², on a grid of switches.
+    let c = 1.7;
+    for chi2 in [0.01, 0.5, 2.0, 30.0, 1e4] {
+        let cost = |s: f64| s * s * chi2 + c * c * (1.0 - s).powi(2);
+        let best = (0..=100_000).map(|k| cost(f64::from(k) * 1e-5)).fold(f64::INFINITY, f64::min);
+        let kernel = boxplus::graph::Kernel::GemanMcClure(c).rho(chi2);
+        assert!((best - kernel).abs() < 1e-10 * (chi2 + c * c) + 1e-6 * best, "{chi2}: {best} {kernel}");
+    }
+}
+
+#[test]
+fn what_is_fixed_stays_and_what_agrees_is_kept_while_the_map_grows() {
+    let (mut world, _) = world(Simulator::Manhattan, 300, 3);
+    world.graph.poses2[200].value = world.truth.poses2[200].value;
+    let (spoilt, places) = world.graph.with_false_closures(0.2, 3).unwrap();
+    let settings = SolveSettings { fixed: vec![0, 200], ..graduated(TLS) };
+    let solved = solve(&spoilt, &settings).unwrap();
+    assert_eq!(solved.graph.poses2[200], world.graph.poses2[200]);
+    assert!(
+        places.iter().filter(|place| solved.rejected.contains(place)).count() as f64
+            > 0.98 * places.len() as f64
+    );
+    let kept = solved.agreeing();
+    assert_eq!(kept.edges2.len(), spoilt.edges2.len() - solved.rejected.len());
+    let again =
+        solve(&kept, &SolveSettings { graduation: None, initial: Initial::AsGiven, ..settings }).unwrap();
+    assert!(again.report.iterations.len() <= 4, "{}", again.report.iterations.len());
 }
 
 #[test]

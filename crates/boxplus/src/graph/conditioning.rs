@@ -81,7 +81,7 @@ impl Graph {
         self.check(values)?;
         let mut values = values.clone();
         gauge::fix(&self.sets, &mut values);
-        let structure = Structure::new(&self.sets, &values)?;
+        let structure = Structure::new(&self.sets, &values, &self.analyses)?;
         let mut normal = structure.normal();
         let mut evaluator = Evaluator::new(&self.sets, 1);
         evaluator.linearise(&values, &structure, &mut normal);

@@ -5,9 +5,11 @@ use nalgebra::DMatrix;
 use super::GraphError;
 use super::diagnose::{scale, weakest};
 use super::gauge;
+use super::linear::analyses::Analyses;
 use super::linear::cholesky::Cholesky;
 use super::linear::evaluate::Evaluator;
 use super::linear::structure::Structure;
+use super::minimum_norm::MinimumNorm;
 use super::names::VariableName;
 use super::set::AnySet;
 use super::values::{Key, Values, VariableId};
@@ -18,7 +20,7 @@ use super::variable::GroupVariable;
 /// Every covariance is on the **local (right) side**, X = X̄·Exp(ξ), ξ ~ N(0, Σ), in the order of the tangent (metres
 /// before radians); [`Self::covariance_global`] has the other side (Solà et al. (2018) (54)). Held variables are known exactly:
 /// their covariance is zero. Where the graph has no held variable and no prior, all is relative to
-/// [`Marginals::gauge`].
+/// [`Marginals::gauge`], or, made by [`Graph::marginals_of_minimum_norm`](super::Graph::marginals_of_minimum_norm), to none.
 pub struct Marginals {
     structure: Structure,
     /// Of S·H·S, whose diagonal is one.
@@ -27,13 +29,19 @@ pub struct Marginals {
     scale: Vec<f64>,
     values: Values,
     gauge: Vec<VariableName>,
+    /// Where no variable is held for the gauge.
+    free: Option<MinimumNorm>,
 }
 
 impl Marginals {
-    pub(super) fn new(sets: &[Box<dyn AnySet>], values: &Values) -> Result<Self, GraphError> {
+    pub(super) fn new(
+        sets: &[Box<dyn AnySet>],
+        values: &Values,
+        analyses: &Analyses,
+    ) -> Result<Self, GraphError> {
         let mut values = values.clone();
         let gauge = gauge::fix(sets, &mut values).iter().map(|&id| values.name(id)).collect();
-        let structure = Structure::new(sets, &values)?;
+        let structure = Structure::new(sets, &values, analyses)?;
         let mut normal = structure.normal();
         let mut evaluator = Evaluator::new(sets, 1);
         evaluator.linearise(&values, &structure, &mut normal);
@@ -43,10 +51,37 @@ impl Marginals {
         }
         let mut cholesky = Cholesky::new(&structure.pattern)?;
         cholesky.factorise(&scaled).map_err(|_| GraphError::IllConditioned)?;
-        Ok(Self { structure, cholesky, scale, values, gauge })
+        Ok(Self { structure, cholesky, scale, values, gauge, free: None })
     }
 
-    /// What was held for lack of any held variable or prior: its covariance is zero, and all others are relative to it.
+    /// The same without a gauge; see [`MinimumNorm`].
+    pub(super) fn of_minimum_norm(
+        sets: &[Box<dyn AnySet>],
+        values: &Values,
+        analyses: &Analyses,
+    ) -> Result<Self, GraphError> {
+        let held = Self::new(sets, values, analyses)?; // with a gauge held, all else must be determined
+        let mut fixed = values.clone();
+        let pinned = gauge::fix(sets, &mut fixed);
+        if pinned.is_empty() {
+            return Ok(held);
+        }
+        let structure = Structure::new(sets, values, analyses)?;
+        let mut normal = structure.normal();
+        Evaluator::new(sets, 1).linearise(values, &structure, &mut normal);
+        let (mut scaled, scale) = scale(&structure, &normal);
+        for &id in &pinned {
+            let start = structure.offsets.get(id).ok_or(GraphError::IllConditioned)?;
+            structure.diagonal[start..start + values.dim(id)].iter().for_each(|&at| scaled[at] += 1.0);
+        }
+        let mut cholesky = Cholesky::new(&structure.pattern)?;
+        cholesky.factorise(&scaled).map_err(|_| GraphError::IllConditioned)?;
+        let free = MinimumNorm::new(sets, values, (&structure, &scale), &mut cholesky, &pinned);
+        Ok(Self { structure, cholesky, scale, values: values.clone(), gauge: vec![], free: Some(free) })
+    }
+
+    /// What was held for lack of any held variable or prior: its covariance is zero, and all others are relative to it. Empty
+    /// for those of minimum norm.
     pub fn gauge(&self) -> &[VariableName] {
         &self.gauge
     }
@@ -79,7 +114,8 @@ impl Marginals {
                 // Both triangles read the same entry: the matrix is symmetric to the last bit.
                 let entry = |start: usize| {
                     let (i, j) = (start + i.max(j), start + i.min(j));
-                    Some(self.cholesky.inverse_entry(i, j)? * self.scale[i] * self.scale[j])
+                    let pinned = self.cholesky.inverse_entry(i, j)? * self.scale[i] * self.scale[j];
+                    Some(pinned + self.free.as_ref().map_or(0.0, |free| free.correction(i, j)))
                 };
                 place.and_then(entry).unwrap_or(0.0)
             }));
@@ -125,7 +161,9 @@ impl Marginals {
             let Some(column) = *column else { continue };
             for (i, row) in rows.iter().enumerate() {
                 let Some(row) = *row else { continue };
-                covariance[(i, j)] = columns[k * size + row] * self.scale[row] * self.scale[column];
+                let correction = self.free.as_ref().map_or(0.0, |free| free.correction(row, column));
+                covariance[(i, j)] =
+                    columns[k * size + row] * self.scale[row] * self.scale[column] + correction;
             }
             k += 1;
         }

@@ -35,6 +35,7 @@ mod gauge;
 mod initialise;
 pub(crate) mod linear;
 mod marginals;
+mod minimum_norm;
 mod names;
 mod noise;
 mod set;
@@ -59,6 +60,8 @@ pub use marginals::Marginals;
 pub use names::{FactorName, VariableName};
 pub use noise::Noise;
 #[cfg(feature = "io")]
+pub(crate) use solve::Pace;
+#[cfg(feature = "io")]
 pub(crate) use solve::clock::Clock;
 pub use solve::{
     Algorithm, Graduated, GraduatedLoss, Graduation, Iteration, Seconds, Solution, SolveOptions, SolveReport,
@@ -70,6 +73,7 @@ pub use variable::{GroupVariable, JacobianBlock, Located, TangentResidual, Varia
 use core::ops::ControlFlow;
 use std::collections::HashMap;
 
+use linear::analyses::Analyses;
 use linear::evaluate::Evaluator;
 use set::{AnySet, FactorSet};
 use values::State;
@@ -78,6 +82,7 @@ use values::State;
 #[derive(Default)]
 pub struct Graph {
     sets: Vec<Box<dyn AnySet>>,
+    analyses: Analyses,
 }
 
 impl Graph {
@@ -114,6 +119,26 @@ impl Graph {
         self.sets.iter_mut().for_each(|set| set.set_kernel(kernel));
     }
 
+    /// Gives one factor this kernel; an id of another graph is passed over.
+    pub fn set_kernel_of(&mut self, factor: FactorId, kernel: Kernel) {
+        if self.set_of(factor).is_some() {
+            self.sets[factor.set as usize].set_kernel_of(factor.index as usize, kernel);
+        }
+    }
+
+    /// How many numbers the residual of a factor has; `None` for an id of another graph.
+    pub(crate) fn residual_dim(&self, factor: FactorId) -> Option<usize> {
+        self.set_of(factor).map(AnySet::residual_dim)
+    }
+
+    /// The set that holds a factor.
+    fn set_of(&self, factor: FactorId) -> Option<&dyn AnySet> {
+        self.sets
+            .get(factor.set as usize)
+            .filter(|set| (factor.index as usize) < set.len())
+            .map(AsRef::as_ref)
+    }
+
     /// Number of factors.
     pub fn len(&self) -> usize {
         self.sets.iter().map(|set| set.len()).sum()
@@ -133,15 +158,14 @@ impl Graph {
 
     /// What messages call a factor; `None` for an id of another graph.
     pub fn name(&self, factor: FactorId, values: &Values) -> Option<FactorName> {
-        let set = self.sets.get(factor.set as usize).filter(|set| (factor.index as usize) < set.len())?;
+        let set = self.set_of(factor)?;
         let variables = set.ids(factor.index as usize).iter().map(|&id| values.name(id)).collect();
         Some(FactorName { kind: set.name(), variables })
     }
 
     /// ‖U·r‖² of a factor: χ² with R degrees of freedom if the noise is as stated. `None` for an id of another graph.
     pub fn squared_error(&self, factor: FactorId, values: &Values) -> Option<f64> {
-        let set = self.sets.get(factor.set as usize).filter(|set| (factor.index as usize) < set.len())?;
-        Some(set.squared(values, factor.index as usize))
+        Some(self.set_of(factor)?.squared(values, factor.index as usize))
     }
 
     /// The connected parts of the graph, each in the order of its variables: no factor joins one to another, so that they
@@ -188,7 +212,7 @@ impl Graph {
         if let Some(factor) = self.first_not_finite(initial, cost) {
             return Err(GraphError::ResidualNotFinite { factor });
         }
-        solve::optimize(&self.sets, (initial, cost), options, observer)
+        solve::optimize((&self.sets, &self.analyses), (initial, cost), options, observer)
     }
 
     /// Covariances of the variables at `values`, the estimate.
@@ -198,7 +222,34 @@ impl Graph {
     /// [`GraphError::IllConditioned`], [`GraphError::OutOfMemory`].
     pub fn marginals(&self, values: &Values) -> Result<Marginals, GraphError> {
         self.check(values)?;
-        Marginals::new(&self.sets, values)
+        Marginals::new(&self.sets, values, &self.analyses)
+    }
+
+    /// As [`Graph::marginals`], but without a gauge where no variable is held and no factor ties the world down: blocks of the
+    /// pseudo-inverse (JᵀJ)⁺, of all covariances that the factors allow the one of least trace. No variable is known exactly
+    /// then, and none is favoured; the covariance of a relative quantity is the same in every gauge. Least is meant in the coordinates of the tangents, of
+    /// which metres and radians count alike: with other units it is another matrix. Time: as for [`Graph::marginals`], twice.
+    ///
+    /// ```
+    /// use boxplus::graph::{Between, Graph, Noise, Values};
+    /// use boxplus::lie::Rn;
+    /// use nalgebra::vector;
+    /// let (mut graph, mut values) = (Graph::new(), Values::new());
+    /// let (a, b) = (values.insert(Rn::new(vector![0.0])), values.insert(Rn::new(vector![3.0])));
+    /// graph.add((a, b), Between::new(Rn::new(vector![3.0])), Noise::from_sigmas(&vector![0.2])?);
+    /// let mut free = graph.marginals_of_minimum_norm(&values)?;
+    /// // b − a is known to 0.04 m². Held at a, all of it is b's; without a gauge each has a quarter, and they move against each other.
+    /// let joint = free.joint(&[a.into(), b.into()])?;
+    /// assert!((joint[(0, 0)] - 0.01).abs() < 1e-15 && (joint[(0, 1)] + 0.01).abs() < 1e-15);
+    /// assert!(free.gauge().is_empty());
+    /// # Ok::<(), boxplus::graph::GraphError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Graph::marginals`].
+    pub fn marginals_of_minimum_norm(&self, values: &Values) -> Result<Marginals, GraphError> {
+        self.check(values)?;
+        Marginals::of_minimum_norm(&self.sets, values, &self.analyses)
     }
 
     fn set_mut<F: Factor<R>, const R: usize>(&mut self) -> (usize, &mut FactorSet<F, R>) {
@@ -240,12 +291,12 @@ impl Graph {
             if let Some(kernel) = set.invalid_kernel() {
                 return Err(GraphError::InvalidKernel { kernel });
             }
-            for factor in 0..set.len() {
-                for ((kind, name), &slot) in set.kinds().iter().zip(set.kind_names()).zip(set.slots(factor)) {
-                    let id = VariableId { kind: kind(), slot };
-                    match values.state(id) {
+            for (place, (kind, name)) in set.kinds().iter().zip(set.kind_names()).enumerate() {
+                let state_of = values.states(kind());
+                for slot in (0..set.len()).map(|factor| set.slots(factor)[place]) {
+                    match state_of(slot) {
                         Some(State::Finite) => {}
-                        Some(state) => drop(states.insert(id, state)),
+                        Some(state) => drop(states.insert(VariableId { kind: kind(), slot }, state)),
                         None => return Err(GraphError::ForeignKey { kind: name, number: slot }),
                     }
                 }

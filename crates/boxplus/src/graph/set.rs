@@ -7,6 +7,7 @@ use nalgebra::DVector;
 
 use super::Kernel;
 use super::factor::{Factor, Slots, Variables};
+use super::linear::kernels::Kernels;
 use super::linear::structure::{Normal, SetPlan};
 use super::linear::vector::dot;
 use super::noise::Noise;
@@ -34,7 +35,7 @@ impl<F: Factor<R>, const R: usize> FactorSet<F, R> {
     }
 
     /// Adds the part of one factor to `out` (gradient, then the blocks Jᵀ_q J_p, p ≤ q) and returns its cost.
-    #[inline]
+    #[inline(always)]
     fn linearise_one(&self, index: usize, variables: &F::Variables, out: &mut [f64]) -> f64 {
         let (residual, jacobians) = self.factors[index].residual_jac(variables);
         let u = self.noises[index].sqrt_information();
@@ -204,12 +205,16 @@ impl<F: Factor<R>, const R: usize> AnySet for FactorSet<F, R> {
     }
     fn linearise(&self, values: &Values, range: Range<usize>, out: &mut [f64]) -> f64 {
         let stores = F::Variables::stores(values);
-        let mut cost = 0.0;
-        for (index, out) in range.zip(out.chunks_exact_mut(stride(F::Variables::DIMS))) {
-            let Some(variables) = F::Variables::gather(&stores, &self.slots[index]) else { return f64::NAN };
-            cost += self.linearise_one(index, &variables, out);
-        }
-        cost
+        Kernels::new().run(|| {
+            let mut cost = 0.0;
+            for (index, out) in range.zip(out.chunks_exact_mut(stride(F::Variables::DIMS))) {
+                let Some(variables) = F::Variables::gather(&stores, &self.slots[index]) else {
+                    return f64::NAN;
+                };
+                cost += self.linearise_one(index, &variables, out);
+            }
+            cost
+        })
     }
     fn residual_dim(&self) -> usize {
         R

@@ -185,9 +185,13 @@ impl Values {
 
     /// Whether the variable exists and has a finite value.
     pub(crate) fn state(&self, id: VariableId) -> Option<State> {
-        self.any_store(id.kind)
-            .filter(|store| (id.slot as usize) < store.len())
-            .map(|store| store.state(id.slot))
+        self.states(id.kind)(id.slot)
+    }
+
+    /// As [`Self::state`], for many variables of one kind.
+    pub(crate) fn states(&self, kind: TypeId) -> impl Fn(u32) -> Option<State> {
+        let store = self.any_store(kind);
+        move |slot| store.filter(|store| (slot as usize) < store.len()).map(|store| store.state(slot))
     }
 
     pub(crate) fn set_held(&mut self, id: VariableId, held: bool) {

@@ -71,6 +71,100 @@ fn marginals_equal_the_inverse_of_the_dense_information_matrix() {
     marginals_are_the_dense_inverse::<SE3, 6>();
 }
 
+/// The pseudo-inverse of a dense symmetric matrix whose null space has `null` dimensions.
+fn pseudo_inverse(matrix: &DMatrix<f64>, null: usize) -> DMatrix<f64> {
+    let eigen = matrix.clone().symmetric_eigen();
+    let mut order: Vec<usize> = (0..matrix.nrows()).collect();
+    order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
+    let seen = order[null..].iter().map(|&k| {
+        let vector = eigen.eigenvectors.column(k);
+        vector * vector.transpose() / eigen.eigenvalues[k]
+    });
+    seen.sum()
+}
+
+/// Two walks that nothing joins, and points seen from the first: everything relative, two gauges.
+#[test]
+fn marginals_without_a_gauge_are_the_pseudo_inverse_of_the_dense_information_matrix() {
+    let mut rng = rng(24);
+    let (mut graph, mut values) = (Graph::new(), Values::new());
+    let flat: Vec<SE2> = walk::<SE2, 3>(25, 6, 0, 0.0).truth;
+    let spatial: Vec<SE3> = walk::<SE3, 6>(26, 4, 0, 0.0).truth;
+    let flat: Vec<_> = flat.into_iter().map(|x| (values.insert(x), x)).collect();
+    let points: Vec<_> = (0..3).map(|_| values.insert(Rn::new(noise::<2>(&mut rng, 3.0)))).collect();
+    let spatial: Vec<_> = spatial.into_iter().map(|x| (values.insert(x), x)).collect();
+    for (i, j) in [(0, 1), (1, 2), (2, 3), (3, 4), (4, 5), (0, 3), (5, 1)] {
+        let z = flat[i].1.between(&flat[j].1).rplus(&noise(&mut rng, 0.05));
+        let omega = positive::<3>(&mut rng, 50.0);
+        graph.add((flat[i].0, flat[j].0), Between::new(z), Noise::from_information(&omega).unwrap());
+    }
+    for (i, p) in [(0, 0), (1, 0), (2, 1), (3, 1), (4, 2), (0, 2)] {
+        let omega = positive::<2>(&mut rng, 50.0);
+        let seen = Sighting2 { measured: noise::<2>(&mut rng, 2.0) };
+        graph.add((flat[i].0, points[p]), seen, Noise::from_information(&omega).unwrap());
+    }
+    for (i, j) in [(0, 1), (1, 2), (2, 3), (3, 0)] {
+        let z = spatial[i].1.between(&spatial[j].1).rplus(&noise(&mut rng, 0.05));
+        let omega = positive::<6>(&mut rng, 50.0);
+        graph.add((spatial[i].0, spatial[j].0), Between::new(z), Noise::from_information(&omega).unwrap());
+    }
+    let mut ids: Vec<_> = flat.iter().map(|&(key, _)| key.into()).collect();
+    ids.extend(points.iter().map(|&key| boxplus::graph::VariableId::from(key)));
+    ids.extend(spatial.iter().map(|&(key, _)| boxplus::graph::VariableId::from(key)));
+
+    let mut free = graph.marginals_of_minimum_norm(&values).unwrap();
+    assert!(free.gauge().is_empty());
+    let covariance = free.joint(&ids).unwrap();
+    // The information of a weak prior on everything, whose inverse leaves no gauge, less that prior.
+    let weight = 1.0;
+    for &(key, mean) in &flat {
+        graph.add((key,), Prior { mean }, Noise::from_information(&(SMatrix::identity() * weight)).unwrap());
+    }
+    for &key in &points {
+        let mean = *values.get(key).unwrap();
+        graph.add((key,), Prior { mean }, Noise::from_information(&(SMatrix::identity() * weight)).unwrap());
+    }
+    for &(key, mean) in &spatial {
+        graph.add((key,), Prior { mean }, Noise::from_information(&(SMatrix::identity() * weight)).unwrap());
+    }
+    let tied = graph.marginals(&values).unwrap().joint(&ids).unwrap();
+    let size = tied.nrows();
+    let information = tied.try_inverse().unwrap() - DMatrix::identity(size, size) * weight;
+    let dense = pseudo_inverse(&information, 3 + 6);
+    assert!((&covariance - &dense).amax() < 1e-9 * dense.amax(), "{:.1e}", (&covariance - &dense).amax());
+    // All blocks in one sweep, and one block asked for alone, are the same as in the joint.
+    let mut start = 0;
+    for block in free.covariances(&ids).unwrap() {
+        let dim = block.nrows();
+        let expected = covariance.view((start, start), (dim, dim));
+        assert!((&block - expected).amax() < 1e-12 * dense.amax(), "{:.1e}", (&block - expected).amax());
+        start += dim;
+    }
+    assert_eq!(start, size);
+    let alone = free.covariance(points[1]).unwrap();
+    assert!((alone - covariance.view((20, 20), (2, 2))).amax() < 1e-15 * dense.amax());
+    // With priors there is no gauge to be free of.
+    let mut tied_too = graph.marginals_of_minimum_norm(&values).unwrap();
+    assert_eq!(tied_too.joint(&ids).unwrap(), graph.marginals(&values).unwrap().joint(&ids).unwrap());
+}
+
+#[test]
+fn relative_uncertainty_is_the_same_in_every_gauge() {
+    let walk = walk::<SE3, 6>(27, 12, 9, 0.05);
+    let (graph, values) = (&walk.graph, &walk.values);
+    let pair = [walk.keys[3].into(), walk.keys[10].into()];
+    let (x, y) = (values.get(walk.keys[3]).unwrap(), values.get(walk.keys[10]).unwrap());
+    let adjoint = y.between(x).adjoint(); // X⁻¹Y·Exp(…): −Ad_{Y⁻¹X} ξ_x + ξ_y
+    let mut jacobian = DMatrix::zeros(6, 12);
+    jacobian.view_mut((0, 0), (6, 6)).copy_from(&-adjoint);
+    jacobian.view_mut((0, 6), (6, 6)).fill_with_identity();
+    let held = graph.marginals(values).unwrap().joint(&pair).unwrap();
+    let free = graph.marginals_of_minimum_norm(values).unwrap().joint(&pair).unwrap();
+    let relative = |joint: &DMatrix<f64>| &jacobian * joint * jacobian.transpose();
+    assert!((relative(&held) - relative(&free)).amax() < 1e-9 * relative(&held).amax());
+    assert!(free.trace() < held.trace());
+}
+
 #[test]
 fn the_marginal_of_one_displacement_is_its_noise_on_the_local_side() {
     let covariance = positive::<6>(&mut rng(23), 0.01);

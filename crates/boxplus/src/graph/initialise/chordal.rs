@@ -6,163 +6,184 @@
 //! ```
 //!
 //! The rows of the matrices are independent of each other and share one system: it is factorised once and solved for
-//! each row. Both problems join the same poses, so that ordering and symbolic factorisation serve both.
+//! each row. In the plane the first row is enough: the relaxed matrices are rotations times a factor. Both problems join the
+//! same poses as the graph itself, so that one ordering and one symbolic factorisation serve all three.
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SMatrix;
 
 use super::edges::{Edge, Pose};
+use crate::graph::linear::analyses::Analyses;
 use crate::graph::linear::cholesky::Cholesky;
-use crate::graph::linear::evaluate::Evaluator;
-use crate::graph::linear::structure::Structure;
-use crate::graph::set::AnySet;
-use crate::graph::{Between, Factor, Graph, GraphError, Key, Noise, Values, Variable};
-use crate::lie::{Real, Rn};
+use crate::graph::linear::pattern::Pattern;
+use crate::graph::linear::structure::sorted;
+use crate::graph::{GraphError, Key, Values};
 
 /// Overwrites the poses that are joined by relative poses and are not in `known`; `values` hold a value for each.
 pub(crate) fn relax<P: Pose<N, D>, const N: usize, const D: usize>(
-    sets: &[Box<dyn AnySet>],
+    edges: &[Edge<P, D>],
     known: &[bool],
+    analyses: &Analyses,
     values: &mut Values,
 ) -> Result<(), GraphError> {
-    let edges = P::edges(sets);
     if edges.is_empty() {
         return Ok(());
     }
-    let mut system = None;
     let mut poses: Vec<P> = values.slice::<P>().iter().map(|pose| pose.unwrap_or_else(P::identity)).collect();
-    let rotations = rotations(&edges, known, &poses, &mut system)?;
-    for (pose, rotation) in poses.iter_mut().zip(&rotations) {
-        *pose = P::nearest(rotation, &pose.parts().1).unwrap_or(*pose);
+    let mut system = System::<N>::new(edges, known, analyses)?;
+    let rows = system.solve(P::ROWS, edges, rotation, |slot| poses[slot].parts().0.transpose())?;
+    for &(slot, place) in &system.free {
+        poses[slot] = P::with_rows(&rows[place], &poses[slot].parts().1).unwrap_or(poses[slot]);
     }
-    let positions = positions(&edges, known, &poses, &mut system)?;
-    let mut free = vec![false; known.len()];
-    edges
-        .iter()
-        .flat_map(|edge| [edge.from, edge.to])
-        .for_each(|slot| free[slot as usize] = !known[slot as usize]);
-    for slot in (0..free.len()).filter(|&slot| free[slot]) {
-        values.set(Key::new(slot as u32), poses[slot].moved_to(&positions[slot]))?;
+    let position = |slot: usize| first_column(poses[slot].parts().1.as_slice());
+    let line = |edge: &Edge<P, D>| displacement(edge, &poses[edge.from as usize]);
+    let positions = system.solve(1, edges, line, position)?;
+    for &(slot, place) in &system.free {
+        let position = positions[place].column(0).into_owned();
+        values.set(Key::new(slot as u32), poses[slot].moved_to(&position))?;
     }
     Ok(())
 }
 
-/// One row x of a rotation matrix, transposed: x_j = R̃ᵀ·x_i.
-struct Row<const N: usize> {
-    transposed: SMatrix<f64, N, N>,
+/// The relation x_j = B·x_i + b between vectors at two poses, in a metric M. Each column is a problem of its own.
+struct Line<const N: usize> {
+    b: SMatrix<f64, N, N>,
+    offset: SMatrix<f64, N, N>,
+    metric: SMatrix<f64, N, N>,
 }
 
-impl<const N: usize> Factor<N> for Row<N> {
-    const NAME: &'static str = "row of a rotation";
-    const RELATIVE: bool = true;
-    type Variables = (Rn<N>, Rn<N>);
-
-    fn residual<S: Real>(
-        &self,
-        (x_i, x_j): &(<Rn<N> as Variable>::Over<S>, <Rn<N> as Variable>::Over<S>),
-    ) -> SVector<S, N> {
-        x_j.vector() - self.transposed.map(S::lit) * x_i.vector()
-    }
-
-    fn residual_jac(
-        &self,
-        (x_i, x_j): &(Rn<N>, Rn<N>),
-    ) -> (SVector<f64, N>, (SMatrix<f64, N, N>, SMatrix<f64, N, N>)) {
-        (x_j.vector() - self.transposed * x_i.vector(), (-self.transposed, SMatrix::identity()))
+/// R_jᵀ = R̃ᵀ·R_iᵀ: the rows of R are the columns here.
+fn rotation<P: Pose<N, D>, const N: usize, const D: usize>(edge: &Edge<P, D>) -> Line<N> {
+    let kappa = P::rotation_weight(&edge.information);
+    Line {
+        b: edge.measured.parts().0.transpose(),
+        offset: SMatrix::zeros(),
+        metric: SMatrix::identity() * kappa,
     }
 }
 
-/// The relaxed rotation of every pose; those known keep theirs.
-fn rotations<P: Pose<N, D>, const N: usize, const D: usize>(
-    edges: &[Edge<P, D>],
-    known: &[bool],
-    poses: &[P],
-    system: &mut Option<System>,
-) -> Result<Vec<SMatrix<f64, N, N>>, GraphError> {
-    let mut graph = Graph::new();
-    for edge in edges {
-        let sigma = P::rotation_weight(&edge.information).sqrt().recip();
-        let noise = Noise::from_sigmas(&SVector::repeat(sigma))?;
-        let factor = Row { transposed: edge.measured.parts().0.transpose() };
-        graph.add((Key::new(edge.from), Key::new(edge.to)), factor, noise);
+/// t_j = t_i + R_i·t̃, where the pose i has its rotation.
+fn displacement<P: Pose<N, D>, const N: usize, const D: usize>(edge: &Edge<P, D>, from: &P) -> Line<N> {
+    let (r, _) = from.parts();
+    let metric = r * edge.information.fixed_view::<N, N>(0, 0) * r.transpose();
+    Line {
+        b: SMatrix::identity(),
+        offset: first_column((r * edge.measured.parts().1).as_slice()),
+        metric: (metric + metric.transpose()) * 0.5,
     }
-    let rows: Vec<Values> =
-        (0..N).map(|k| anchored(known, |slot| poses[slot].parts().0.row(k).transpose())).collect();
-    let rows = solve_linear(system, &graph.sets, rows)?;
-    let entry = |slot: usize, i: usize, j: usize| {
-        rows[i].get(Key::<Rn<N>>::new(slot as u32)).map_or(0.0, |row| row.vector()[j])
-    };
-    Ok((0..poses.len()).map(|slot| SMatrix::from_fn(|i, j| entry(slot, i, j))).collect())
 }
 
-/// The position of every pose, given its rotation.
-fn positions<P: Pose<N, D>, const N: usize, const D: usize>(
-    edges: &[Edge<P, D>],
-    known: &[bool],
-    poses: &[P],
-    system: &mut Option<System>,
-) -> Result<Vec<SVector<f64, N>>, GraphError> {
-    let mut graph = Graph::new();
-    for edge in edges {
-        let (r, _) = poses[edge.from as usize].parts();
-        let metric = SMatrix::<f64, N, N>::from_fn(|i, j| edge.information[(i, j)]);
-        let metric = r * metric * r.transpose();
-        let noise = Noise::from_information(&((metric + metric.transpose()) * 0.5))?;
-        let displacement = Between::new(Rn::new(r * edge.measured.parts().1));
-        graph.add((Key::new(edge.from), Key::new(edge.to)), displacement, noise);
-    }
-    let solved = solve_linear(system, &graph.sets, vec![anchored(known, |slot| poses[slot].parts().1)])?;
-    let position =
-        |slot: usize| solved[0].get(Key::<Rn<N>>::new(slot as u32)).map_or_else(SVector::zeros, Rn::vector);
-    Ok((0..poses.len()).map(position).collect())
+/// The matrix with this first column and zeros.
+fn first_column<const N: usize>(column: &[f64]) -> SMatrix<f64, N, N> {
+    SMatrix::from_fn(|i, j| if j == 0 { column[i] } else { 0.0 })
 }
 
-/// One vector for each pose: held at `value` where the pose is known, free and zero elsewhere.
-fn anchored<const N: usize>(known: &[bool], value: impl Fn(usize) -> SVector<f64, N>) -> Values {
-    let mut values = Values::new();
-    for (slot, &known) in known.iter().enumerate() {
-        let key = values.insert(Rn::new(if known { value(slot) } else { SVector::zeros() }));
-        if known {
-            values.hold(key);
-        }
-    }
-    values
-}
-
-/// What depends on the edges alone.
-struct System {
-    structure: Structure,
+/// Linear least squares with a vector at each free pose; what depends on the edges alone is laid out once.
+struct System<const N: usize> {
+    /// (slot, place in the order of elimination) of each free pose.
+    free: Vec<(usize, usize)>,
+    joins: Vec<Join>,
+    diagonal: Vec<usize>,
+    matrix: Vec<f64>,
     cholesky: Cholesky,
 }
 
-impl System {
-    fn new(sets: &[Box<dyn AnySet>], values: &Values) -> Result<Self, GraphError> {
-        let structure = Structure::new(sets, values)?;
-        let cholesky = Cholesky::new(&structure.pattern)?;
-        Ok(Self { structure, cholesky })
+/// The places of the poses that an edge joins, where they are free, and of their common block.
+#[derive(Clone, Copy)]
+struct Join {
+    from: Option<usize>,
+    to: Option<usize>,
+    at: usize,
+}
+
+impl<const N: usize> System<N> {
+    fn new<P, const D: usize>(
+        edges: &[Edge<P, D>],
+        known: &[bool],
+        analyses: &Analyses,
+    ) -> Result<Self, GraphError> {
+        let mut number: Vec<Option<u32>> = vec![None; known.len()];
+        let ends = |edge: &Edge<P, D>| [edge.from as usize, edge.to as usize];
+        for slot in edges.iter().flat_map(ends).filter(|&slot| !known[slot]) {
+            number[slot] = Some(0);
+        }
+        number.iter_mut().flatten().zip(0..).for_each(|(number, i)| *number = i);
+        let count = number.iter().flatten().count();
+        let pair = |edge: &Edge<P, D>| {
+            let [a, b] = ends(edge).map(|slot| number[slot]);
+            let (a, b) = (a?, b?);
+            (a != b).then_some((a.min(b), a.max(b)))
+        };
+        let pairs = sorted(edges.iter().filter_map(pair).collect(), count);
+        let symbolic = analyses.of(&vec![D; count], &pairs);
+        let mut places = vec![0; count];
+        symbolic.order.iter().enumerate().for_each(|(place, &i)| places[i as usize] = place);
+        let pattern = Pattern::lay_out(symbolic, &vec![N; count], &pairs)?;
+        let join = |edge: &Edge<P, D>| {
+            let [from, to] = ends(edge).map(|slot| number[slot].map(|i| places[i as usize]));
+            let block = from.zip(to).and_then(|(a, b)| pattern.find(a.max(b), a.min(b)));
+            Join { from, to, at: block.unwrap_or(0) }
+        };
+        let free = number.iter().enumerate().filter_map(|(slot, i)| Some((slot, places[(*i)? as usize])));
+        Ok(Self {
+            free: free.collect(),
+            joins: edges.iter().map(join).collect(),
+            diagonal: pattern.diagonal(),
+            matrix: vec![0.0; pattern.len()],
+            cholesky: Cholesky::new(&pattern)?,
+        })
+    }
+
+    /// The vectors of the free poses by their places, in the first `columns` columns; those of the others are `known`.
+    ///
+    /// # Errors
+    /// [`GraphError::IllConditioned`].
+    fn solve<P, const D: usize>(
+        &mut self,
+        columns: usize,
+        edges: &[Edge<P, D>],
+        line: impl Fn(&Edge<P, D>) -> Line<N>,
+        known: impl Fn(usize) -> SMatrix<f64, N, N>,
+    ) -> Result<Vec<SMatrix<f64, N, N>>, GraphError> {
+        self.matrix.fill(0.0);
+        let mut right = vec![SMatrix::<f64, N, N>::zeros(); self.free.len()];
+        for (edge, &Join { from, to, at }) in edges.iter().zip(&self.joins) {
+            if edge.from == edge.to {
+                continue; // says nothing of where the pose is
+            }
+            let Line { b, mut offset, metric } = line(edge);
+            let pull = metric * b;
+            if from.is_none() {
+                offset += b * known(edge.from as usize);
+            }
+            if to.is_none() {
+                offset -= known(edge.to as usize);
+            }
+            if let Some(from) = from {
+                add(&mut self.matrix[self.diagonal[from * N]..], &b.tr_mul(&pull));
+                right[from] -= pull.tr_mul(&offset);
+            }
+            if let Some(to) = to {
+                add(&mut self.matrix[self.diagonal[to * N]..], &metric);
+                right[to] += metric * offset;
+            }
+            if let Some((from, to)) = from.zip(to) {
+                add(&mut self.matrix[at..], &if to > from { -pull } else { -pull.transpose() });
+            }
+        }
+        self.cholesky.factorise(&self.matrix).map_err(|_| GraphError::IllConditioned)?;
+        let mut x: Vec<f64> = (0..columns)
+            .flat_map(|c| right.iter().flat_map(move |r| (0..N).map(move |i| r[(i, c)])))
+            .collect();
+        self.cholesky.solve(&mut x);
+        let size = right.len() * N;
+        let vectors = |place: usize| {
+            SMatrix::from_fn(|i, c| if c < columns { x[c * size + place * N + i] } else { 0.0 })
+        };
+        Ok((0..right.len()).map(vectors).collect())
     }
 }
 
-/// Solves linear least-squares problems that differ in their held values only: one factorisation for all.
-fn solve_linear(
-    system: &mut Option<System>,
-    sets: &[Box<dyn AnySet>],
-    mut problems: Vec<Values>,
-) -> Result<Vec<Values>, GraphError> {
-    let System { structure, cholesky } = match system {
-        Some(system) => system,
-        None => system.insert(System::new(sets, &problems[0])?),
-    };
-    let mut evaluator = Evaluator::new(sets, 1);
-    let mut normal = structure.normal();
-    for (number, values) in problems.iter_mut().enumerate() {
-        evaluator.linearise(values, structure, &mut normal);
-        if number == 0 {
-            cholesky.factorise(&normal.matrix).map_err(|_| GraphError::IllConditioned)?;
-        }
-        let mut step: Vec<f64> = normal.gradient.iter().map(|g| -g).collect();
-        cholesky.solve(&mut step);
-        let start = values.clone();
-        start.retract_into(values, &step, &structure.offsets);
-    }
-    Ok(problems)
+/// Adds a block to the numbers of its place.
+fn add<const N: usize>(numbers: &mut [f64], block: &SMatrix<f64, N, N>) {
+    numbers.iter_mut().zip(block.as_slice()).for_each(|(n, b)| *n += b);
 }

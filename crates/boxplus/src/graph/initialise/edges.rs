@@ -20,8 +20,11 @@ pub(crate) struct Edge<P, const D: usize> {
 pub(crate) trait Pose<const N: usize, const D: usize>: GroupVariable<D> {
     /// (R, t).
     fn parts(&self) -> (SMatrix<f64, N, N>, SVector<f64, N>);
-    /// The pose at `t` with the rotation nearest to `m`, or `None` where several are equally near.
-    fn nearest(m: &SMatrix<f64, N, N>, t: &SVector<f64, N>) -> Option<Self>;
+    /// How many rows of a relaxed rotation tell the others.
+    const ROWS: usize;
+    /// The pose at `t` with the rotation nearest to the matrix whose rows are the columns of `rows`, of which the first
+    /// [`Self::ROWS`] count; `None` where several are equally near.
+    fn with_rows(rows: &SMatrix<f64, N, N>, t: &SVector<f64, N>) -> Option<Self>;
     /// The same rotation at `t`.
     fn moved_to(&self, t: &SVector<f64, N>) -> Self;
     /// The relative poses of this kind.
@@ -36,8 +39,11 @@ impl Pose<2, 3> for SE2 {
     fn parts(&self) -> (Matrix2<f64>, Vector2<f64>) {
         (self.rotation().to_matrix(), self.translation())
     }
-    fn nearest(m: &Matrix2<f64>, t: &Vector2<f64>) -> Option<Self> {
-        Some(Self::from_parts(*t, SO2::project(m).ok()?))
+    const ROWS: usize = 1;
+    /// The relaxation commutes with quarter turns, so that the second row is the first one turned.
+    fn with_rows(rows: &Matrix2<f64>, t: &Vector2<f64>) -> Option<Self> {
+        let (cos, minus_sin) = (rows[(0, 0)], rows[(1, 0)]);
+        Some(Self::from_parts(*t, SO2::project(&Matrix2::new(cos, minus_sin, -minus_sin, cos)).ok()?))
     }
     fn moved_to(&self, t: &Vector2<f64>) -> Self {
         Self::from_parts(*t, self.rotation())
@@ -51,8 +57,9 @@ impl Pose<3, 6> for SE3 {
     fn parts(&self) -> (Matrix3<f64>, Vector3<f64>) {
         (self.rotation().to_matrix(), self.translation())
     }
-    fn nearest(m: &Matrix3<f64>, t: &Vector3<f64>) -> Option<Self> {
-        Some(Self::new(SO3::project(m).ok()?, *t))
+    const ROWS: usize = 3;
+    fn with_rows(rows: &Matrix3<f64>, t: &Vector3<f64>) -> Option<Self> {
+        Some(Self::new(SO3::project(&rows.transpose()).ok()?, *t))
     }
     fn moved_to(&self, t: &Vector3<f64>) -> Self {
         Self::new(self.rotation(), *t)

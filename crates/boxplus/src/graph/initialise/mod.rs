@@ -16,6 +16,7 @@ use super::set::{AnySet, FactorSet};
 use super::values::State;
 use super::{Factor, Graph, GraphError, Key, Sighting2, Sighting3, Values, Variable, Variables, gauge};
 use crate::lie::{Action, Rn, SE2, SE3};
+use edges::{Edge, Pose};
 
 /// How the first estimate is made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -142,17 +143,18 @@ impl Graph {
             Some(factor) => GraphError::ResidualNotFinite { factor },
             None => unreachable!("the factor is of this graph"),
         };
-        let known2 = spanning_tree::walk::<SE2, 2, 3>(&self.sets, &mut rooted).map_err(not_finite)?;
-        let known3 = spanning_tree::walk::<SE3, 3, 6>(&self.sets, &mut rooted).map_err(not_finite)?;
+        let (edges2, edges3) = (SE2::edges(&self.sets), SE3::edges(&self.sets));
+        let known2 = spanning_tree::walk(&self.sets, &edges2, &mut rooted).map_err(not_finite)?;
+        let known3 = spanning_tree::walk(&self.sets, &edges3, &mut rooted).map_err(not_finite)?;
         gauge.iter().for_each(|&id| rooted.set_held(id, false));
         self.place_landmarks(&mut rooted);
-        Ok(tree.insert(Tree { values: rooted, known2, known3 }))
+        Ok(tree.insert(Tree { values: rooted, edges2, known2, edges3, known3 }))
     }
 
     fn chordal(&self, tree: &Tree) -> Result<Values, GraphError> {
         let mut values = tree.values.clone();
-        chordal::relax::<SE2, 2, 3>(&self.sets, &tree.known2, &mut values)?;
-        chordal::relax::<SE3, 3, 6>(&self.sets, &tree.known3, &mut values)?;
+        chordal::relax(&tree.edges2, &tree.known2, &self.analyses, &mut values)?;
+        chordal::relax(&tree.edges3, &tree.known3, &self.analyses, &mut values)?;
         self.place_landmarks(&mut values);
         Ok(values)
     }
@@ -174,10 +176,12 @@ impl Graph {
     }
 }
 
-/// The values along a spanning tree, and the poses it grew from, by slot.
+/// The values along a spanning tree, the relative poses, and the poses it grew from, by slot.
 struct Tree {
     values: Values,
+    edges2: Vec<Edge<SE2, 3>>,
     known2: Vec<bool>,
+    edges3: Vec<Edge<SE3, 6>>,
     known3: Vec<bool>,
 }
 

@@ -14,28 +14,28 @@ use crate::lie::LieGroup;
 /// The factor whose measurement is not finite.
 pub(crate) fn walk<P: Pose<N, D>, const N: usize, const D: usize>(
     sets: &[Box<dyn AnySet>],
+    edges: &[Edge<P, D>],
     values: &mut Values,
 ) -> Result<Vec<bool>, FactorId> {
-    let edges = P::edges(sets);
     if let Some(edge) = edges.iter().find(|edge| !edge.measured.is_finite()) {
         return Err(edge.factor);
     }
     let count = values.len::<P>();
-    let neighbours = Neighbours::new(&edges, count);
+    let neighbours = Neighbours::new(edges, count);
     let mut tree =
         Tree { poses: values.slice::<P>().to_vec(), source: vec![false; count], reached: vec![false; count] };
 
     let held = (0..count).filter(|&slot| values.is_held(Key::<P>::new(slot as u32)));
-    tree.grow(held.collect(), &edges, &neighbours);
+    tree.grow(held.collect(), edges, &neighbours);
     for (slot, mean) in priors::<P, D>(sets) {
         if !tree.reached[slot as usize] {
             tree.poses[slot as usize] = Some(mean);
-            tree.grow(vec![slot as usize], &edges, &neighbours);
+            tree.grow(vec![slot as usize], edges, &neighbours);
         }
     }
     for slot in (0..count).filter(|&slot| neighbours.has(slot)) {
         if !tree.reached[slot] {
-            tree.grow(vec![slot], &edges, &neighbours);
+            tree.grow(vec![slot], edges, &neighbours);
         }
     }
     for (slot, pose) in tree.poses.into_iter().enumerate() {

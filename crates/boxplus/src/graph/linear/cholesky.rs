@@ -328,6 +328,7 @@ impl Elimination<'_> {
             let block = &system.matrix[load.from as usize..][..rows * columns];
             let target = &mut panel[load.to as usize..];
             match rows {
+                2 => copy_columns::<2>(block, target, stride),
                 3 => copy_columns::<3>(block, target, stride),
                 6 => copy_columns::<6>(block, target, stride),
                 _ => {

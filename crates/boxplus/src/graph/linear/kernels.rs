@@ -22,6 +22,11 @@ impl Kernels {
         Self(Arch::new())
     }
 
+    /// Does `work` with what is inlined in it compiled for this machine's vectors. No bit depends on them: nothing is contracted.
+    pub(crate) fn run<R>(self, work: impl FnOnce() -> R) -> R {
+        self.0.dispatch(work)
+    }
+
     /// Factorises the `pivots` leading columns of a front of `rows` rows in place, L₁₁ and L₂₁ of
     ///
     /// ```text

@@ -1,8 +1,10 @@
 //! The linear problem behind each step: assembled block by block, factorised front by front.
 
+pub(crate) mod analyses;
 pub(crate) mod cholesky;
+mod dissection;
 pub(crate) mod evaluate;
-mod kernels;
+pub(crate) mod kernels;
 mod ordering;
 pub(crate) mod pattern;
 mod plan;

@@ -135,7 +135,7 @@ pub(crate) fn amd_order(count: usize, pairs: &[(u32, u32)]) -> Vec<u32> {
 pub(crate) fn normal_equations(graph: &Graph, values: &Values) -> Result<(Pattern, Vec<f64>), GraphError> {
     let mut values = values.clone();
     gauge::fix(&graph.sets, &mut values);
-    let structure = Structure::new(&graph.sets, &values)?;
+    let structure = Structure::new(&graph.sets, &values, &graph.analyses)?;
     let mut normal = structure.normal();
     Evaluator::new(&graph.sets, 1).linearise(&values, &structure, &mut normal);
     Ok((structure.pattern, normal.matrix))

@@ -36,13 +36,16 @@ struct Quotient {
     outside: Vec<(u32, usize)>,
     /// The members of the element being made that stay: hash, variable, degree outside.
     kept: Vec<(u64, u32, usize)>,
+    /// Variables that count as neighbours but are not to be eliminated.
+    held: Vec<bool>,
 }
 
 /// An order of elimination of variables with these dimensions, joined by `pairs` (each once in either direction, loops
-/// ignored), that leaves little fill.
-pub(crate) fn minimum_degree(dims: &[usize], pairs: &[(u32, u32)]) -> Vec<u32> {
+/// ignored), that leaves little fill. Those of `last` go last, in this order.
+pub(crate) fn minimum_degree(dims: &[usize], pairs: &[(u32, u32)], last: &[u32]) -> Vec<u32> {
     let mut graph = Quotient::new(dims, pairs);
     let mut order = Vec::with_capacity(dims.len());
+    last.iter().for_each(|&variable| graph.hold(variable));
     let dense = graph.set_dense_aside(pairs);
     while let Some(pivot) = graph.degrees.pop_least() {
         graph.eliminate(pivot as usize);
@@ -51,6 +54,7 @@ pub(crate) fn minimum_degree(dims: &[usize], pairs: &[(u32, u32)]) -> Vec<u32> {
     for variable in dense {
         graph.emit(variable, &mut order);
     }
+    order.extend(last);
     order
 }
 
@@ -94,7 +98,13 @@ impl Quotient {
             round: 0,
             outside: vec![(0, 0); count],
             kept: vec![],
+            held: vec![false; count],
         }
+    }
+
+    fn hold(&mut self, variable: u32) {
+        self.degrees.remove(variable);
+        self.held[variable as usize] = true;
     }
 
     /// Takes variables with very many neighbours out of the graph, to be eliminated last: they would be looked at in every
@@ -102,7 +112,8 @@ impl Quotient {
     fn set_dense_aside(&mut self, pairs: &[(u32, u32)]) -> Vec<u32> {
         let count = self.lists.len();
         let many = (10 * count.isqrt()).max(16);
-        let dense: Vec<u32> = (0..count as u32).filter(|&i| self.lists[i as usize].len > many).collect();
+        let is_dense = |&i: &u32| self.lists[i as usize].len > many && !self.held[i as usize];
+        let dense: Vec<u32> = (0..count as u32).filter(is_dense).collect();
         for &variable in &dense {
             self.degrees.remove(variable);
             self.weight[variable as usize] = 0;
@@ -114,7 +125,8 @@ impl Quotient {
                 lighter[a as usize] += weight(b);
                 lighter[b as usize] += weight(a);
             }
-            for variable in (0..count as u32).filter(|&i| weight(i) > 0) {
+            let listed = |&i: &u32| weight(i) > 0 && !self.held[i as usize];
+            for variable in (0..count as u32).filter(listed) {
                 self.degrees.remove(variable);
                 self.degrees.insert(variable, lighter[variable as usize]);
             }
@@ -149,7 +161,7 @@ impl Quotient {
         for k in members {
             let variable = self.store[k] as usize;
             let (hash, degree) = self.prune(variable, pivot as u32);
-            if degree == 0 {
+            if degree == 0 && !self.held[variable] {
                 // It has no other neighbours: it goes in the same front, without fill.
                 size -= self.weight[variable];
                 self.join(pivot, variable);
@@ -167,7 +179,9 @@ impl Quotient {
                 continue;
             }
             let old = self.degrees.of(variable);
-            self.degrees.insert(variable, old.min(degree) + size - weight);
+            if !self.held[variable as usize] {
+                self.degrees.insert(variable, old.min(degree) + size - weight);
+            }
             self.store[end] = variable;
             end += 1;
         }
@@ -202,7 +216,9 @@ impl Quotient {
                     self.inside[variable as usize] = round;
                     size += weight;
                     self.store.push(variable);
-                    self.degrees.remove(variable);
+                    if !self.held[variable as usize] {
+                        self.degrees.remove(variable);
+                    }
                 }
             }
         }
@@ -288,7 +304,9 @@ impl Quotient {
             let mut marked = false;
             for &(_, other, _) in kept[first + 1..].iter().take_while(|(h, ..)| *h == hash) {
                 let (a, b) = (self.lists[variable as usize], self.lists[other as usize]);
-                if self.weight[other as usize] == 0 || (a.elements, a.len) != (b.elements, b.len) {
+                let alike = (a.elements, a.len) == (b.elements, b.len)
+                    && self.held[variable as usize] == self.held[other as usize];
+                if self.weight[other as usize] == 0 || !alike {
                     continue;
                 }
                 if !marked {

@@ -1,5 +1,7 @@
 //! A symmetric matrix of blocks: which blocks of its lower triangle there are, and where their numbers stand.
 
+use std::sync::Arc;
+
 use super::symbolic::Symbolic;
 use crate::graph::GraphError;
 
@@ -9,7 +11,7 @@ use crate::graph::GraphError;
 /// Diagonal blocks are stored whole, and only their lower triangles are read.
 #[derive(Clone, Debug)]
 pub(crate) struct Pattern {
-    pub(crate) symbolic: Symbolic,
+    pub(crate) symbolic: Arc<Symbolic>,
     /// First scalar of each variable, in the order of elimination, and the end.
     pub(crate) starts: Vec<usize>,
     /// First block of each column, and the end.
@@ -37,7 +39,19 @@ impl Pattern {
     /// # Errors
     /// [`GraphError::OutOfMemory`] beyond 2³² numbers.
     pub(crate) fn new(dims: &[usize], pairs: &[(u32, u32)]) -> Result<Self, GraphError> {
-        let symbolic = Symbolic::new(dims, pairs);
+        Self::lay_out(Arc::new(Symbolic::new(dims, pairs)), dims, pairs)
+    }
+
+    /// Lays out variables with these dimensions in the order of an analysis of the same `pairs`, whose dimensions may have been
+    /// others.
+    ///
+    /// # Errors
+    /// [`GraphError::OutOfMemory`] beyond 2³² numbers.
+    pub(crate) fn lay_out(
+        symbolic: Arc<Symbolic>,
+        dims: &[usize],
+        pairs: &[(u32, u32)],
+    ) -> Result<Self, GraphError> {
         let count = dims.len();
         let (mut places, mut starts) = (vec![0u32; count], vec![0]);
         for (place, &variable) in (0u32..).zip(&symbolic.order) {

@@ -4,6 +4,7 @@
 //! part of JᵀJ is added there, at an offset found beforehand. Variables stand in elimination order, worked out on the graph
 //! of variables, not of scalars, so that the factorisation permutes nothing.
 
+use super::analyses::Analyses;
 use super::pattern::Pattern;
 use crate::graph::GraphError;
 use crate::graph::set::{AnySet, Places};
@@ -62,7 +63,11 @@ impl Structure {
     ///
     /// # Errors
     /// [`GraphError::OutOfMemory`] beyond 2³² numbers in the triangle.
-    pub(crate) fn new(sets: &[Box<dyn AnySet>], values: &Values) -> Result<Self, GraphError> {
+    pub(crate) fn new(
+        sets: &[Box<dyn AnySet>],
+        values: &Values,
+        analyses: &Analyses,
+    ) -> Result<Self, GraphError> {
         let free: Vec<VariableId> = values.ids().filter(|&id| !values.is_held(id)).collect();
         let mut index = Offsets::none(values);
         free.iter().enumerate().for_each(|(i, &id)| index.set(id, i));
@@ -80,7 +85,7 @@ impl Structure {
         }
         let pairs = sorted(pairs, known.len());
         let dims: Vec<usize> = known.iter().map(|&id| values.dim(id)).collect();
-        let pattern = Pattern::new(&dims, &pairs)?;
+        let pattern = Pattern::lay_out(analyses.of(&dims, &pairs), &dims, &pairs)?;
 
         let variables: Vec<VariableId> = pattern.symbolic.order.iter().map(|&i| known[i as usize]).collect();
         let (mut position, mut offsets) = (Offsets::none(values), Offsets::none(values));
@@ -126,7 +131,7 @@ fn pairs_of_variables(sets: &[Box<dyn AnySet>], index: &Offsets, read: &mut [boo
 }
 
 /// The pairs (a, b), a < `count`, sorted and each once: by buckets of a, which are small.
-fn sorted(pairs: Vec<(u32, u32)>, count: usize) -> Vec<(u32, u32)> {
+pub(crate) fn sorted(pairs: Vec<(u32, u32)>, count: usize) -> Vec<(u32, u32)> {
     let mut starts = vec![0; count + 1];
     pairs.iter().for_each(|&(a, _)| starts[a as usize + 1] += 1);
     (0..count).for_each(|i| starts[i + 1] += starts[i]);

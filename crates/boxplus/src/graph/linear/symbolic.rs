@@ -6,6 +6,7 @@
 //! keep the arithmetic busy, so that a supernode is merged into its parent where the zeros it brings cost less than the
 //! front it saves (Ashcraft & Grimes 1989); the cost model was measured ([`cost`]).
 
+use super::dissection::separators;
 use super::ordering::minimum_degree;
 
 /// No column.
@@ -24,6 +25,8 @@ pub(crate) struct Symbolic {
     pub(crate) row_starts: Vec<u32>,
     /// Variables below the pivots of each supernode, ascending, by their places in the order.
     pub(crate) rows: Vec<u32>,
+    /// Time of a factorisation, in multiplications ([`cost`]).
+    pub(crate) work: f64,
 }
 
 impl Symbolic {
@@ -32,11 +35,21 @@ impl Symbolic {
 
     /// Analyses a matrix of variables with these dimensions and blocks at `pairs`.
     pub(crate) fn new(dims: &[usize], pairs: &[(u32, u32)]) -> Self {
-        let order = minimum_degree(dims, pairs);
-        let columns = Columns::new(dims, &order, pairs);
+        let by_degree = Self::in_order(dims, pairs, &minimum_degree(dims, pairs, &[]));
+        if by_degree.work < DISSECTED * dims.len() as f64 {
+            return by_degree;
+        }
+        let separators = separators(dims, pairs);
+        let dissected = Self::in_order(dims, pairs, &minimum_degree(dims, pairs, &separators));
+        if dissected.work < by_degree.work { dissected } else { by_degree }
+    }
+
+    /// Analyses the matrix for this order of elimination, or one with as much fill.
+    pub(super) fn in_order(dims: &[usize], pairs: &[(u32, u32)], order: &[u32]) -> Self {
+        let columns = Columns::new(dims, order, pairs);
         let mut tree = Supernodes::new(&columns);
         tree.amalgamate();
-        tree.emit(&order)
+        tree.emit(order)
     }
 
     /// Rows below the pivots of a supernode.
@@ -53,6 +66,10 @@ pub(super) fn cost(k: usize, m: usize) -> f64 {
     let work = k * (below * below + below * k + k * k / 3.0);
     COST[0] + COST[1] * k * m + COST[2] * below * below + work
 }
+
+/// Where minimum degree leaves less work than this for each variable, in multiplications, no separator is small enough to be worth
+/// the search: planar graphs stay below, lattices in space do not from some 18³ on.
+const DISSECTED: f64 = 5e6;
 
 /// Overhead of a front, of an entry in its columns, of an entry passed to its parent, in units of a multiplication.
 const COST: [f64; 3] = [2000.0, 8.0, 12.0];
@@ -281,7 +298,9 @@ impl Supernodes {
         let roots = by_last.iter().copied().filter(whole).filter(|&i| parent_of(i) == NONE);
 
         let postorder = postorder(roots, &children);
-        let mut symbolic = Symbolic::default();
+        let whole_nodes = self.nodes.iter().filter(|node| !node.merged);
+        let work = whole_nodes.map(|node| cost(node.pivots, node.pivots + node.below)).sum();
+        let mut symbolic = Symbolic { work, ..Symbolic::default() };
         let mut number_of = vec![NONE; count];
         let mut places = vec![0u32; order.len()];
         for (number, &node) in (0u32..).zip(&postorder) {

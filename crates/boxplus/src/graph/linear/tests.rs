@@ -5,9 +5,12 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::cholesky::{Cholesky, NotPositive};
+use super::dissection::{LEAF, separators};
 use super::oracle::{Oracle, amd_order, entries};
 use super::ordering::minimum_degree;
 use super::pattern::Pattern;
+use super::symbolic::Symbolic;
+use crate::partition::Partition;
 
 type Pairs = Vec<(u32, u32)>;
 
@@ -221,7 +224,7 @@ fn work(count: usize, pairs: &Pairs, order: &[u32]) -> u64 {
 fn orders_are_permutations_that_leave_as_little_fill_as_those_of_amd() {
     let (mut ours, mut theirs) = (0, 0);
     for (name, count, pairs) in graphs() {
-        let order = minimum_degree(&vec![1; count], &pairs);
+        let order = minimum_degree(&vec![1; count], &pairs, &[]);
         let mut sorted = order.clone();
         sorted.sort_unstable();
         assert_eq!(sorted, (0..count as u32).collect::<Vec<_>>(), "{name}");
@@ -236,6 +239,53 @@ fn orders_are_permutations_that_leave_as_little_fill_as_those_of_amd() {
     assert!(ours as f64 <= 1.05 * theirs as f64, "{ours} against {theirs}");
 }
 
+/// A cubic lattice with this many nodes a side.
+fn lattice(side: u32) -> Pairs {
+    let at = |[x, y, z]: [u32; 3]| x + side * (y + side * z);
+    let node = |i: u32| [i % side, i / side % side, i / side / side];
+    let mut pairs = vec![];
+    for i in 0..side.pow(3) {
+        for axis in (0..3).filter(|&axis| node(i)[axis] + 1 < side) {
+            let mut next = node(i);
+            next[axis] += 1;
+            pairs.push((i, at(next)));
+        }
+    }
+    pairs
+}
+
+#[test]
+fn separators_leave_small_parts_and_go_last() {
+    let graphs = graphs().into_iter().map(|(name, count, pairs)| (name, count, pairs, 0));
+    let lattice = [("lattice", 1728, lattice(12), 200)];
+    for (name, count, pairs, least) in graphs.chain(lattice) {
+        let dims = vec![1; count];
+        let last = separators(&dims, &pairs);
+        assert!(last.len() >= least && 2 * last.len() <= count, "{name}: {} separate", last.len());
+        let order = minimum_degree(&dims, &pairs, &last);
+        assert_eq!(order[count - last.len()..], last, "{name}");
+        let mut sorted = order;
+        sorted.sort_unstable();
+        assert_eq!(sorted, (0..count as u32).collect::<Vec<_>>(), "{name}");
+        if least > 0 {
+            let mut parts = Partition::new(count);
+            let free = |i: &u32| !last.contains(i);
+            for (a, b) in pairs.iter().filter(|(a, b)| free(a) && free(b)) {
+                parts.join(*a as usize, *b as usize);
+            }
+            assert!(parts.parts().all(|(_, size)| size <= LEAF), "{name}");
+        }
+    }
+}
+
+#[test]
+fn dissection_saves_a_fifth_of_the_work_in_a_large_lattice_and_is_used_there() {
+    let (dims, pairs) = (vec![6; 13824], lattice(24));
+    let by_degree = Symbolic::in_order(&dims, &pairs, &minimum_degree(&dims, &pairs, &[]));
+    let used = Symbolic::new(&dims, &pairs);
+    assert!(used.work <= 0.8 * by_degree.work, "{} against {}", used.work, by_degree.work);
+}
+
 #[test]
 fn landmarks_are_leaves() {
     // 30 poses in a ring; each of 80 points is seen from four poses in a row.
@@ -243,7 +293,7 @@ fn landmarks_are_leaves() {
     dims.extend([3; 80]);
     let mut pairs: Pairs = (0..30).map(|i| (i, (i + 1) % 30)).collect();
     pairs.extend((0..80u32).flat_map(|point| (0..4).map(move |k| ((point * 7 + k) % 30, 30 + point))));
-    let symbolic = super::symbolic::Symbolic::new(&dims, &pairs);
+    let symbolic = Symbolic::new(&dims, &pairs);
     for number in 0..symbolic.parents.len() {
         let (first, end) = (symbolic.starts[number] as usize, symbolic.starts[number + 1] as usize);
         let point = |place: &usize| symbolic.order[*place] >= 30;

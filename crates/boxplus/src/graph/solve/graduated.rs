@@ -43,7 +43,7 @@ impl Graduation {
     }
 
     /// c² of a factor with `dof` residuals.
-    fn bound(self, dof: usize) -> f64 {
+    pub(crate) fn bound(self, dof: usize) -> f64 {
         let usual = || ChiSquared::new(dof).quantile(INLIERS).unwrap_or(f64::INFINITY);
         self.scale.map_or_else(usual, |scale| scale * scale)
     }
@@ -63,6 +63,23 @@ impl fmt::Display for Graduation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())?;
         self.scale.map_or(Ok(()), |scale| write!(f, ":{scale}"))
+    }
+}
+
+/// How fast the surrogates are bent.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pace {
+    /// No control is larger: what lies beyond c²(1 + most) does not pull at first.
+    pub(crate) most: f64,
+    /// By how much the control falls from stage to stage.
+    pub(crate) step: f64,
+    /// The share of c² that is meant: the variance seen as a share of that stated.
+    pub(crate) noise: f64,
+}
+
+impl Default for Pace {
+    fn default() -> Self {
+        Self { most: f64::INFINITY, step: STEP, noise: 1.0 }
     }
 }
 
@@ -94,7 +111,9 @@ impl Graph {
     /// over.
     ///
     /// Start from an estimate that no suspect went into; the closer the trusted factors hold it, the more outliers can be
-    /// told. Time: some ten to fifty stages of a few steps.
+    /// told. The first surrogate is nearly least squares on everything: where that has many minima, as pose graphs have whose
+    /// odometry is wrong by as much as the map is wide, the outliers choose among them. For pose graphs
+    /// `pose_graph::SolveSettings::graduation` therefore begins elsewhere. Time: some ten to fifty stages of a few steps.
     ///
     /// ```
     /// use boxplus::graph::{Between, Graduation, Graph, Noise, Prior, SolveOptions, Values};
@@ -141,8 +160,24 @@ impl Graph {
         graduation: Graduation,
         observer: &mut dyn FnMut(&Iteration) -> ControlFlow<()>,
     ) -> Result<Graduated, GraphError> {
-        let suspects: Vec<Suspect> = suspects.iter().filter_map(|&id| self.suspect(id, graduation)).collect();
-        let mut control = self.first_control(&suspects, initial, graduation)?;
+        self.optimize_graduated_at(initial, options, suspects, (graduation, Pace::default()), observer)
+    }
+
+    /// As [`Self::optimize_graduated_observed`], at another pace.
+    pub(crate) fn optimize_graduated_at(
+        &mut self,
+        initial: &Values,
+        options: &SolveOptions,
+        suspects: &[FactorId],
+        (graduation, pace): (Graduation, Pace),
+        observer: &mut dyn FnMut(&Iteration) -> ControlFlow<()>,
+    ) -> Result<Graduated, GraphError> {
+        let suspect = |&id: &FactorId| {
+            let bound = pace.noise * graduation.bound(self.residual_dim(id)?);
+            Some(Suspect { id, bound })
+        };
+        let suspects: Vec<Suspect> = suspects.iter().filter_map(suspect).collect();
+        let mut control = self.first_control(&suspects, initial, graduation)?.min(pace.most);
         let stage = SolveOptions {
             max_iterations: STEPS.min(options.max_iterations),
             relative_cost: STAGE_COST.max(options.relative_cost),
@@ -157,7 +192,7 @@ impl Graph {
                 flow
             };
             values = self.optimize_observed(&values, &stage, &mut watch)?.values;
-            control /= STEP;
+            control /= pace.step;
             stages += 1;
         }
         self.bend(&suspects, graduation, 0.0);
@@ -166,11 +201,6 @@ impl Graph {
         let outlier = |s: &&Suspect| self.squared_error(s.id, &solution.values).is_some_and(|x| x > s.bound);
         let rejected = suspects.iter().filter(outlier).map(|s| s.id).collect();
         Ok(Graduated { solution, stages, rejected })
-    }
-
-    fn suspect(&self, id: FactorId, graduation: Graduation) -> Option<Suspect> {
-        let set = self.sets.get(id.set as usize).filter(|set| (id.index as usize) < set.len())?;
-        Some(Suspect { id, bound: graduation.bound(set.residual_dim()) })
     }
 
     /// The control at which the surrogate of the worst suspect is convex up to its residual: s ≤ c²(1 + β)/2 (Yang et al.
@@ -190,8 +220,7 @@ impl Graph {
 
     fn bend(&mut self, suspects: &[Suspect], graduation: Graduation, control: f64) {
         for suspect in suspects {
-            let kernel = graduation.kernel(suspect.bound, control);
-            self.sets[suspect.id.set as usize].set_kernel_of(suspect.id.index as usize, kernel);
+            self.set_kernel_of(suspect.id, graduation.kernel(suspect.bound, control));
         }
     }
 }

@@ -12,6 +12,7 @@ pub(crate) mod step;
 use core::ops::ControlFlow;
 
 use super::diagnose::{Unconstrained, weakest};
+use super::linear::analyses::Analyses;
 use super::linear::cholesky::Cholesky;
 use super::linear::evaluate::Evaluator;
 use super::linear::structure::Structure;
@@ -19,6 +20,7 @@ use super::set::AnySet;
 use super::values::Values;
 use super::{GraphError, gauge};
 use clock::Clock;
+pub(crate) use graduated::Pace;
 pub use graduated::{Graduated, GraduatedLoss, Graduation};
 pub use report::{Iteration, Seconds, SolveReport, Termination};
 use step::{Region, Step, System};
@@ -86,7 +88,7 @@ pub struct Solution {
 
 /// Minimises the cost from `initial`, where it is `cost`; `observer` sees every trial step and may stop the search.
 pub(super) fn optimize(
-    sets: &[Box<dyn AnySet>],
+    (sets, analyses): (&[Box<dyn AnySet>], &Analyses),
     (initial, cost): (&Values, f64),
     options: &SolveOptions,
     observer: &mut dyn FnMut(&Iteration) -> ControlFlow<()>,
@@ -94,7 +96,7 @@ pub(super) fn optimize(
     let clock = Clock::start();
     let mut values = initial.clone();
     let gauge = gauge::fix(sets, &mut values);
-    let structure = Structure::new(sets, &values)?;
+    let structure = Structure::new(sets, &values, analyses)?;
     let evaluator = Evaluator::new(sets, options.threads);
     let mut cholesky = Cholesky::new(&structure.pattern)?;
     cholesky.share(evaluator.pool())?;

@@ -161,7 +161,11 @@ impl Region {
             }
         };
         let slope = dot(&system.normal.gradient, &delta);
-        let curvature = dot(&delta, &system.product(&delta));
+        let curvature = match self.trust {
+            Trust::Radius(_) => dot(&delta, &system.product(&delta)),
+            // Hδ = −g − λDδ: no product with H.
+            _ => -slope - self.factored * length(&delta, &self.diagonal).powi(2),
+        };
         let scaled = delta.iter().zip(&self.diagonal).map(|(x, d)| x.abs() * d.sqrt()).fold(0.0, f64::max);
         Some(Step { predicted: -slope - 0.5 * curvature, scaled, delta })
     }

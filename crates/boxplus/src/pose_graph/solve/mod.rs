@@ -11,16 +11,17 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod closures;
 mod costs;
 mod indefinite;
 pub(in crate::pose_graph) mod problem;
-mod robust;
 mod uncertainty;
 
 use core::fmt;
 use core::ops::ControlFlow;
 use core::str::FromStr;
 
+pub use closures::{Pairwise, Selection, Switches};
 pub use costs::Costs;
 pub use indefinite::Indefinite;
 pub(in crate::pose_graph) use indefinite::usable_information;
@@ -100,9 +101,15 @@ pub struct SolveSettings {
     /// How much a large residual may pull.
     pub kernel: Kernel,
     /// Whether to look for false loop closures ([`PoseGraph::loop_closures`]), and how: graduated non-convexity, in which
-    /// [`SolveSettings::kernel`] bounds all other measurements. With [`Initial::Auto`] the search starts from an estimate that no
-    /// loop closure went into.
+    /// [`SolveSettings::kernel`] bounds all other measurements. With [`Initial::Auto`] the map is first grown from odometry, piece by
+    /// piece, each closure held against the drift since the map was last closed; from any other start the schedule is the
+    /// published one.
     pub graduation: Option<Graduation>,
+    /// Whether every loop closure has a switch, which may turn it off. Not used with [`SolveSettings::graduation`].
+    pub switches: Option<Switches>,
+    /// Whether only the largest set of loop closures that agree with each other through odometry is used, before
+    /// anything else is done.
+    pub pairwise: Option<Pairwise>,
     /// Vertices to hold, besides those that the file fixes.
     pub fixed: Vec<u64>,
     /// What to do with information matrices that are not positive definite.
@@ -181,8 +188,11 @@ pub struct Solved {
     pub parts: usize,
     /// χ² of every measurement, in the order of [`PoseGraph::constraints`]; NaN where it was left out.
     pub chi2: Vec<f64>,
-    /// With [`SolveSettings::graduation`]: the loop closures found to be false, as places in [`PoseGraph::constraints`].
+    /// With [`SolveSettings::graduation`], [`SolveSettings::switches`] or [`SolveSettings::pairwise`]: the loop closures found to be
+    /// false, as places in [`PoseGraph::constraints`].
     pub rejected: Vec<usize>,
+    /// With [`SolveSettings::pairwise`]: how many closures agree with each other.
+    pub selection: Option<Selection>,
     /// The measurements whose information matrix had to be mended or left out.
     pub mended: Vec<Line>,
     /// Where the time went.
@@ -207,6 +217,11 @@ impl Solved {
     pub fn rejected_closures(&self) -> Vec<Misfit> {
         let misfits: Vec<_> = self.misfits().collect();
         self.rejected.iter().filter_map(|&place| misfits.get(place).copied()).collect()
+    }
+
+    /// The solved graph without the loop closures found to be false: what its covariances are to be told from.
+    pub fn agreeing(&self) -> PoseGraph {
+        closures::keeping(&self.graph, |place| self.rejected.binary_search(&place).is_err())
     }
 
     /// Every measurement and its χ², in the order of [`PoseGraph::constraints`].
@@ -290,11 +305,8 @@ impl PoseGraph {
     /// As [`solve`].
     pub fn initialised(&self, settings: &SolveSettings) -> Result<PoseGraph, PoseGraphError> {
         let problem = Problem::new(self, settings)?;
-        let start = match settings.graduation {
-            Some(_) => robust::first_estimate(self, &problem, settings)?,
-            None => problem.factors.initialise(&problem.values, settings.initial)?,
-        };
-        Ok(with_values(self, &start.values))
+        let start = closures::first_estimate(self, &problem, settings)?;
+        Ok(with_values(self, &start.initialisation.values))
     }
 }
 
@@ -322,29 +334,28 @@ pub fn solve_observed(
     observer: &mut dyn FnMut(Progress<'_>) -> ControlFlow<()>,
 ) -> Result<Solved, PoseGraphError> {
     let clock = Clock::start();
-    let mut problem = Problem::new(graph, settings)?;
+    let problem = Problem::new(graph, settings)?;
     let scale = settings.chart.factor();
     let given_cost = problem.factors.cost(&problem.values).ok().map(|cost| scale * cost);
     let built = clock.seconds();
 
-    let start = match settings.graduation {
-        Some(_) => robust::first_estimate(graph, &problem, settings)?,
-        None => problem.factors.initialise(&problem.values, settings.initial)?,
-    };
+    let start = closures::first_estimate(graph, &problem, settings)?;
+    let first = &start.initialisation;
     let initialised = clock.seconds();
-    let stopped = observer(Progress::Initialised(start.chosen, scale * start.cost())).is_break();
+    let stopped = observer(Progress::Initialised(first.chosen, scale * first.cost())).is_break();
 
     let max_iterations = if stopped { 0 } else { settings.options.max_iterations };
     let options = SolveOptions { max_iterations, ..settings.options.clone() };
     let mut watch = |iteration: &Iteration| observer(Progress::Iteration(iteration));
-    let (solution, rejected) = match settings.graduation {
-        Some(graduation) => {
-            robust::optimise(graph, &mut problem, &start, (&options, graduation), &mut watch)?
-        }
-        None => (problem.factors.optimize_observed(&start.values, &options, &mut watch)?, vec![]),
+    let found = if settings.doubts_closures() {
+        closures::search(graph, &start, (settings, &options), &mut watch)?
+    } else {
+        let solution = problem.factors.optimize_observed(&first.values, &options, &mut watch)?;
+        closures::Found { solution, rejected: vec![], selection: None }
     };
     let optimised = clock.seconds();
 
+    let closures::Found { solution, rejected, selection } = found;
     let mut report = solution.report;
     if stopped {
         report.termination = graph::Termination::Interrupted;
@@ -352,15 +363,16 @@ pub fn solve_observed(
     let solved = with_values(graph, &solution.values);
     Ok(Solved {
         costs: Costs::new(&solved, settings)?,
-        initial: with_values(graph, &start.values),
-        initialisation: start.chosen,
-        candidates: start.costs.iter().map(|&(initial, cost)| (initial, scale * cost)).collect(),
+        initial: with_values(graph, &first.values),
+        initialisation: first.chosen,
+        candidates: first.costs.iter().map(|&(initial, cost)| (initial, scale * cost)).collect(),
         given_cost,
         initial_cost: scale * report.initial_cost,
         cost: scale * report.cost,
         chi2: problem.chi2(&solution.values),
         parts: problem.factors.parts(&problem.values).len(),
         rejected,
+        selection,
         mended: problem.mended,
         unconstrained: solution.unconstrained,
         report,
