@@ -5,8 +5,8 @@
 //! found at run time), and laid back. No operation is contracted and no sum reordered, so that neither the instruction set nor the
 //! number of threads changes a bit. An element that needs a rare form, such as an angle beyond π, is computed alone.
 //!
-//! Any group serves. One of your own is vectorised if its operations are `#[cfg_attr(not(debug_assertions), inline(always))]` and take their elementary functions
-//! from [`Real`]; otherwise it is merely right.
+//! Any group serves. One of your own is vectorised if its operations are inlined by force, `#[inline(always)]`, and take their
+//! elementary functions from [`Real`]; otherwise it is merely right. So are SO(2), SE(2) and the similarities.
 //!
 //! ```
 //! use boxplus::lie::{Batch, LieGroup, SE3};

@@ -18,6 +18,7 @@ macro_rules! each {
         $( if $k < $n { let $i = $k; $body; } )*
     };
 }
+#[cfg(feature = "batch")]
 pub(super) use each;
 
 /// I, D×D.
