@@ -42,13 +42,14 @@ fn a_module_imports_only_from_those_before_it() {
 }
 
 #[test]
-fn one_file_names_the_oracle_of_the_factorisation_and_one_its_vectors() {
+fn one_file_names_the_oracle_of_the_factorisation_and_two_the_vectors_of_the_machine() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let naming = |name: &str| -> Vec<_> {
         sources(&root).into_iter().filter(|path| code(path).contains(name)).collect()
     };
     assert_eq!(naming("faer::"), [root.join("graph/linear/oracle.rs")]);
-    assert_eq!(naming("pulp::"), [root.join("graph/linear/kernels.rs")]);
+    // The dense kernels of the solver, and the batches of groups.
+    assert_eq!(naming("pulp::"), [root.join("graph/linear/kernels.rs"), root.join("lie/batch.rs")]);
 }
 
 #[test]

@@ -14,13 +14,13 @@ struct Affine<S = f64> {
 
 /// (e^σ − 1)/σ.
 fn f<S: Real>(sigma: S) -> S {
-    S::choose(sigma.value().abs() < 1e-3, || series(sigma, 1), || sigma.simd_exp_m1() / sigma)
+    S::choose(sigma.simd_abs().simd_lt(S::lit(1e-3)), || series(sigma, 1), || sigma.simd_exp_m1() / sigma)
 }
 
 /// (e^σ − 1 − σ)/σ².
 fn g<S: Real>(sigma: S) -> S {
     let closed = || (sigma.simd_exp_m1() - sigma) / (sigma * sigma);
-    S::choose(sigma.value().abs() < 0.5, || series(sigma, 2), closed)
+    S::choose(sigma.simd_abs().simd_lt(S::lit(0.5)), || series(sigma, 2), closed)
 }
 
 /// Σ σᵏ/(k + shift)!.

@@ -181,4 +181,11 @@ mod dual_numbers {
         let skew = Matrix3::new(0.0, -0.5, 0.5, 0.5, 0.0, -0.5, -0.5, 0.5, 0.0);
         close("project, sheared", 0.0, &derivatives(&SO3::project(&stretched).unwrap().rminus(&rc)), &skew);
     }
+
+    #[test]
+    fn derive_the_logarithm_beyond_a_turn() {
+        let tau = Vector3::new(2.0, -3.0, 6.0) * (9.0 / 7.0);
+        let followed = SO3::exp(&(constants(&tau) + unknown::<3>())).log_near(&constants(&tau));
+        close("log_near", 9.0, &derivatives(&followed), &Matrix3::identity());
+    }
 }

@@ -34,13 +34,18 @@
 #![allow(clippy::type_complexity)] // A value and one Jacobian per argument; naming each tuple would hide that.
 
 mod action;
+#[cfg(feature = "batch")]
+mod batch;
 pub mod bch;
 mod bundle;
 pub mod distance;
 #[cfg(feature = "autodiff")]
 mod dual;
+mod elementary;
 mod error;
 mod groups;
+#[cfg(feature = "batch")]
+mod lanes;
 pub mod laws;
 mod left;
 mod linear;
@@ -58,8 +63,11 @@ pub mod second_order;
 pub mod serialize;
 pub mod sphere;
 mod stumpff;
+mod unrolled;
 
 pub use action::{Action, PointJac};
+#[cfg(feature = "batch")]
+pub use batch::{Batch, BatchGroup, LengthMismatch, Number};
 pub use bch::{Bch, BchOrder};
 pub use bundle::Block;
 pub use distance::Distance;
@@ -72,7 +80,7 @@ pub use log_near::LogNear;
 pub use manifold::Manifold;
 pub use means::{ChordalMean, Mean, Means, Weights};
 pub use orders::Order;
-pub use real::Real;
+pub use real::{Blend, Real};
 pub use rotation::{EulerAngles, EulerSequence, GimbalLock, SwingTwist};
 #[cfg(feature = "rand")]
 pub use sample::TangentSampler;
@@ -81,6 +89,7 @@ pub use stumpff::Stumpff;
 
 use core::fmt::Debug;
 use nalgebra::{SMatrix, SVector};
+use unrolled::{negated, unit};
 
 /// A tangent vector τ ∈ ℝᴰ, (ρ, θ).
 pub type Tangent<S, const D: usize> = SVector<S, D>;
@@ -129,17 +138,17 @@ pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'st
     fn map<S: Real>(&self, f: impl Fn(Self::Scalar) -> S) -> Self::Over<S>;
 
     /// X⁻¹·Y, Y = `other` seen from X.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn between(&self, other: &Self) -> Self {
         self.inverse().compose(other)
     }
     /// X ⊕ τ = X·Exp(τ), a step in the local frame. Solà et al. (2018) (25).
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn rplus(&self, tau: &Tangent<Self::Scalar, D>) -> Self {
         self.compose(&Self::exp(tau))
     }
     /// Y ⊖ X = Log(X⁻¹Y) with Y = `self`, X = `base`: the local step from X to Y. Solà et al. (2018) (26).
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn rminus(&self, base: &Self) -> Tangent<Self::Scalar, D> {
         base.between(self).log()
     }
@@ -170,7 +179,7 @@ pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'st
         Self::right_jacobian(&-tau)
     }
     /// J_l(τ)⁻¹ = J_r(−τ)⁻¹, D×D. Unbounded as θ → 2π.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn left_jacobian_inverse(tau: &Tangent<Self::Scalar, D>) -> Jacobian<Self::Scalar, D> {
         Self::right_jacobian_inverse(&-tau)
     }
@@ -228,38 +237,38 @@ pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'st
     /// X⁻¹: `(value, −Ad_X)`. Solà et al. (2018) (62).
     #[inline]
     fn inverse_jac(&self) -> (Self, Jacobian<Self::Scalar, D>) {
-        (self.inverse(), -self.adjoint())
+        (self.inverse(), negated(self.adjoint()))
     }
     /// X·Y: `(value, Ad_{Y⁻¹}, I)`. Solà et al. (2018) (63), (64).
     #[inline]
     fn compose_jac(&self, rhs: &Self) -> (Self, Jacobian<Self::Scalar, D>, Jacobian<Self::Scalar, D>) {
-        (self.compose(rhs), rhs.inverse().adjoint(), SMatrix::identity())
+        (self.compose(rhs), rhs.inverse().adjoint(), unit())
     }
     /// X⁻¹Y: `(value, −Ad_{Y⁻¹X}, I)`.
     #[inline]
     fn between_jac(&self, other: &Self) -> (Self, Jacobian<Self::Scalar, D>, Jacobian<Self::Scalar, D>) {
         let value = self.between(other);
-        (value, -value.inverse().adjoint(), SMatrix::identity())
+        (value, negated(value.inverse().adjoint()), unit())
     }
     /// Exp τ: `(value, J_r(τ))`.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn exp_jac(tau: &Tangent<Self::Scalar, D>) -> (Self, Jacobian<Self::Scalar, D>) {
         (Self::exp(tau), Self::right_jacobian(tau))
     }
     /// τ = Log X: `(τ, J_r⁻¹(τ))`. Solà et al. (2018) (79).
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn log_jac(&self) -> (Tangent<Self::Scalar, D>, Jacobian<Self::Scalar, D>) {
         let (tau, right, _) = self.log_jacs();
         (tau, right)
     }
     /// τ = Log X with both inverse Jacobians, which share their coefficients: `(τ, J_r⁻¹(τ), J_l⁻¹(τ))`.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn log_jacs(&self) -> (Tangent<Self::Scalar, D>, Jacobian<Self::Scalar, D>, Jacobian<Self::Scalar, D>) {
         let tau = self.log();
         (tau, Self::right_jacobian_inverse(&tau), Self::left_jacobian_inverse(&tau))
     }
     /// X·Exp τ: `(value, Ad_{Exp(−τ)}, J_r(τ))`. Solà et al. (2018) (80), (81).
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn rplus_jac(
         &self,
         tau: &Tangent<Self::Scalar, D>,
@@ -268,13 +277,13 @@ pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'st
         (self.compose(&step), step.inverse().adjoint(), d_tau)
     }
     /// τ = Y ⊖ X with Y = `self`, X = `base`: `(τ, J_r⁻¹(τ), −J_l⁻¹(τ))`. Solà et al. (2018) (82), (83).
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn rminus_jac(
         &self,
         base: &Self,
     ) -> (Tangent<Self::Scalar, D>, Jacobian<Self::Scalar, D>, Jacobian<Self::Scalar, D>) {
         let (tau, right, left) = base.between(self).log_jacs();
-        (tau, right, -left)
+        (tau, right, negated(left))
     }
     /// Exp(τ)·X: `(value, I, Ad_{X⁻¹}·J_r(τ))`, in the order (X, τ).
     #[inline]
@@ -283,7 +292,7 @@ pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'st
         tau: &Tangent<Self::Scalar, D>,
     ) -> (Self, Jacobian<Self::Scalar, D>, Jacobian<Self::Scalar, D>) {
         let (step, d_tau) = Self::exp_jac(tau);
-        (step.compose(self), SMatrix::identity(), self.inverse().adjoint() * d_tau)
+        (step.compose(self), unit(), self.inverse().adjoint() * d_tau)
     }
     /// τ = Log(YX⁻¹) with Y = `self`, X = `base`: `(τ, J_r⁻¹(τ)·Ad_X, −J_r⁻¹(τ)·Ad_X)`.
     #[inline]
@@ -293,7 +302,7 @@ pub trait LieGroup<const D: usize>: Copy + Debug + PartialEq + Send + Sync + 'st
     ) -> (Tangent<Self::Scalar, D>, Jacobian<Self::Scalar, D>, Jacobian<Self::Scalar, D>) {
         let (tau, right) = self.compose(&base.inverse()).log_jac();
         let d_self = right * base.adjoint();
-        (tau, d_self, -d_self)
+        (tau, d_self, negated(d_self))
     }
     /// X^α: `(value, α·J_r(ατ)·J_r⁻¹(τ), τ)` with τ = Log X, in the order (X, α).
     #[inline]

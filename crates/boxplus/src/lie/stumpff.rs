@@ -24,7 +24,7 @@
 //! assert!(((theta - theta.sin()) / theta.powi(3) - 1.0 / 6.0).abs() > 1e-11); // the quotient has lost five digits
 //! ```
 
-use super::Real;
+use super::{Blend, Real};
 
 /// The values c₀ … c₆ at one x = θ².
 #[derive(Clone, Copy, Debug)]
@@ -48,41 +48,61 @@ pub struct Stumpff<S = f64> {
 
 /// Upper end of the series. π² < 10, so that a principal logarithm never leaves it.
 const SERIES_END: f64 = 10.0;
-/// Below θ = ½, c₁ = 1 − x·c₃ subtracts at most 4 %; above, sin θ/θ has no cancellation and c₁ may vanish.
-const TRIGONOMETRY_START: f64 = 0.25;
+/// Beyond, c₀ and c₁ are sines. A little more than (π/2)², for halves of principal angles; c₁ subtracts 37 % at most.
+const TRIGONOMETRY_START: f64 = 2.5;
 
 impl<S: Real> Stumpff<S> {
     /// All of c₀ … c₆ at `x` = θ² ≥ 0. What a caller does not use costs nothing once inlined.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn new(x: S) -> Self {
-        S::choose(x.value() < SERIES_END, || Self::series(x), || Self::closed(x))
+        match x.common(x.simd_lt(S::lit(SERIES_END))) {
+            Some(x) => Self::series(x),
+            None => Self::closed(x),
+        }
     }
 
-    #[inline]
+    /// The same, where x is mostly below 2.5, as it is for the half of an angle up to π: there no root and no sine is taken.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub(super) fn half(x: S) -> Self {
+        match x.common(x.simd_lt(S::lit(TRIGONOMETRY_START))) {
+            Some(x) => Self::polynomials(x),
+            None => Self::new(x),
+        }
+    }
+
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn series(x: S) -> Self {
+        let c = Self::polynomials(x);
+        let (c0, c1) = S::choose(
+            x.simd_lt(S::lit(TRIGONOMETRY_START)),
+            || (c.c0, c.c1),
+            || {
+                let theta = x.simd_sqrt();
+                let (sin, cos) = theta.sin_cos();
+                (cos, sin / theta)
+            },
+        );
+        Self { c0, c1, ..c }
+    }
+
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn polynomials(x: S) -> Self {
         let (c5, c6) = (series(&C5, x), series(&C6, x));
         let c4 = S::lit(1.0 / 24.0) - x * c6;
         let c3 = S::lit(1.0 / 6.0) - x * c5;
         let c2 = S::lit(0.5) - x * c4;
-        // A dual number has no derivative of √x at 0: there, too, the series.
-        let (c0, c1) = S::choose(
-            x.value() < TRIGONOMETRY_START,
-            || (S::one() - x * c2, S::one() - x * c3),
-            || {
-                let theta = x.simd_sqrt();
-                let (sin, cos) = theta.simd_sin_cos();
-                (cos, sin / theta)
-            },
-        );
+        // Two terms before the rest, which is then small: c₀ within ε of the truth though it vanishes at π/2.
+        let c1 = (S::one() - x * S::lit(1.0 / 6.0)) + x * x * c5;
+        let c0 = (S::one() - x * S::lit(0.5)) + x * x * c4;
         Self { c0, c1, c2, c3, c4, c5, c6 }
     }
 
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn closed(x: S) -> Self {
         let theta = x.simd_sqrt();
-        let (half_sin, half_cos) = (theta * S::lit(0.5)).simd_sin_cos();
+        let (half_sin, half_cos) = (theta * S::lit(0.5)).sin_cos();
         let c0 = half_cos * half_cos - half_sin * half_sin;
-        let c1 = theta.simd_sin() / theta;
+        let c1 = theta.sin_cos().0 / theta;
         let c2 = S::lit(2.0) * half_sin * half_sin / x;
         let c3 = (S::one() - c1) / x;
         let c4 = (S::lit(0.5) - c2) / x;
@@ -92,13 +112,13 @@ impl<S: Real> Stumpff<S> {
     }
 
     /// d = (1 − (θ/2)·cot(θ/2))/θ² = (c₃ − 2c₄)/(2c₂): J_l⁻¹ = I − ½φ^ + d·φ^². 1/12 at 0, a pole at 2π.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn d(&self) -> S {
         -self.beta1() / (self.c2 + self.c2)
     }
 
     /// e = d′(θ)/θ = ((5c₅ − c₄ − 8c₆)·c₂ + (c₃ − 2c₄)²)/(2c₂²). 1/360 at 0, a pole at 2π.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn e(&self) -> S {
         let b = self.beta1();
         let a = S::lit(5.0) * self.c5 - self.c4 - S::lit(8.0) * self.c6;
@@ -106,20 +126,29 @@ impl<S: Real> Stumpff<S> {
     }
 
     /// β₁ = c₂′(θ)/θ = (θ sin θ + 2 cos θ − 2)/θ⁴ = −(c₃ − 2c₄). −1/12 at 0.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn beta1(&self) -> S {
         self.c4 + self.c4 - self.c3
     }
 
     /// β₂ = c₃′(θ)/θ = (3 sin θ − θ cos θ − 2θ)/θ⁵ = −(c₄ − 3c₅). −1/60 at 0.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn beta2(&self) -> S {
         S::lit(3.0) * self.c5 - self.c4
     }
 }
 
+impl<S: Real> Blend<S> for Stumpff<S> {
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn blend(mask: S::SimdBool, yes: Self, no: Self) -> Self {
+        let values = |c: Self| [c.c0, c.c1, c.c2, c.c3, c.c4, c.c5, c.c6];
+        let [c0, c1, c2, c3, c4, c5, c6] = Blend::<S>::blend(mask, values(yes), values(no));
+        Self { c0, c1, c2, c3, c4, c5, c6 }
+    }
+}
+
 /// Σⱼ aⱼ(−x)ʲ up to j = `SERIES_TERMS`: even and odd powers by Horner's rule in x², side by side.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn series<S: Real>(a: &[f64; MAX_TERMS + 1], x: S) -> S {
     let (n, y) = (S::SERIES_TERMS, x * x);
     let (mut even, mut odd) = (S::lit(a[n]), S::lit(a[n - 1]));

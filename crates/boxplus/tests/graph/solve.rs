@@ -315,7 +315,7 @@ impl boxplus::graph::Factor<1> for Wall {
         let x = x.vector()[0];
         // 1 − x/10 on the left, 2 + (x − 10)² on the right.
         vector![S::choose(
-            boxplus::lie::Real::value(x) < 5.0,
+            x.simd_lt(S::lit(5.0)),
             || S::lit(1.0) - x * S::lit(0.1),
             || S::lit(2.0) + (x - S::lit(10.0)) * (x - S::lit(10.0))
         )]

@@ -80,7 +80,7 @@ impl Factor<2> for Bearing3 {
     fn residual<S: Real>(&self, (x, p): &(SE3<S>, Rn<3, S>)) -> Vector2<S> {
         let seen = x.act_inverse(&p.vector());
         let distance = seen.norm();
-        let inverse = S::choose(distance.value() > 0.0, || distance.simd_recip(), S::zero);
+        let inverse = S::choose(distance.simd_gt(S::zero()), || distance.simd_recip(), S::zero);
         self.plane.map(S::lit) * (seen * inverse)
     }
 

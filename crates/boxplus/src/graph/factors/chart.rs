@@ -186,7 +186,7 @@ pub(crate) fn isotropic_weights<const D: usize>(information: &SMatrix<f64, D, D>
 /// (v, w) of the unit quaternion with w ≥ 0.
 fn folded<S: Real>(rotation: &SO3<S>) -> (Vector3<S>, S) {
     let [x, y, z, w] = rotation.quaternion_xyzw();
-    let sign = S::choose(w.value() < 0.0, || S::lit(-1.0), || S::lit(1.0));
+    let sign = S::choose(w.simd_lt(S::zero()), || S::lit(-1.0), || S::lit(1.0));
     (Vector3::new(x, y, z) * sign, w * sign)
 }
 

@@ -62,7 +62,7 @@ impl<S: Real> RxSO2<S> {
     /// s = e^σ > 0: lengths in the parent frame over lengths in the local one.
     #[inline]
     pub fn scale(&self) -> S {
-        self.log_scale().simd_exp()
+        self.log_scale().exp()
     }
 
     /// σ = ln s.

@@ -35,7 +35,7 @@ impl<S: Real> SE2<S> {
     }
 
     /// The motion p ↦ `rotation`·p + `translation`.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn from_parts(translation: Vector2<S>, rotation: SO2<S>) -> Self {
         let [[x, y], [cos, sin]] = [translation.into(), rotation.0];
         Self([x, y, cos, sin])
@@ -52,19 +52,19 @@ impl<S: Real> SE2<S> {
     }
 
     /// R.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn rotation(&self) -> SO2<S> {
         SO2([self.0[2], self.0[3]])
     }
 
     /// t, in metres of the parent frame.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn translation(&self) -> Vector2<S> {
         Vector2::new(self.0[0], self.0[1])
     }
 
     /// The heading in radians, in [−π, π].
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn angle(&self) -> S {
         self.rotation().angle()
     }
@@ -81,20 +81,20 @@ impl<S: Real> SE2<S> {
 }
 
 /// The 3×3 matrix \[a b; 0 c\].
-#[inline]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn block<S: Real>(a: &Matrix2<S>, b: &Vector2<S>, c: S) -> Matrix3<S> {
     let o = S::zero();
     Matrix3::new(a.m11, a.m12, b.x, a.m21, a.m22, b.y, o, o, c)
 }
 
 /// The 2×2 matrix a·I + b·\[1\]×.
-#[inline]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn complex<S: Real>(a: S, b: S) -> Matrix2<S> {
     Matrix2::new(a, -b, b, a)
 }
 
 /// \[a·I + b·\[1\]×, p·ρ + q·\[1\]×ρ; 0, 1\]: the form of every Jacobian of Exp and Log.
-#[inline]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn jacobian<S: Real>(rho: &Vector2<S>, [a, b]: [S; 2], [p, q]: [S; 2]) -> Matrix3<S> {
     block(&complex(a, b), &(rho * p + SO2::turn(rho) * q), S::one())
 }
@@ -104,33 +104,35 @@ impl<S: Real> LieGroup<3> for SE2<S> {
     type Over<T: Real> = SE2<T>;
     type Algebra = Matrix3<S>;
 
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn identity() -> Self {
         Self::from_parts(Vector2::zeros(), SO2::identity())
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn compose(&self, rhs: &Self) -> Self {
         Self::from_parts(self.act(&rhs.translation()), self.rotation().compose(&rhs.rotation()))
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn inverse(&self) -> Self {
         let rotation = self.rotation().inverse();
         Self::from_parts(-rotation.act(&self.translation()), rotation)
     }
     /// Subtracts the translations first: the error is relative to their difference, however far from the origin.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn between(&self, other: &Self) -> Self {
         let inverse = self.rotation().inverse();
         let step = inverse.act(&(other.translation() - self.translation()));
         Self::from_parts(step, inverse.compose(&other.rotation()))
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn exp(tau: &Vector3<S>) -> Self {
-        let (rho, theta, c) = split(tau);
-        let translation = rho * c.c1 + SO2::turn(&rho) * (theta * c.c2);
+        let (rho, theta) = (tau.xy(), tau.z);
+        // From θ/2 to θ: c₁(4y) = c₀(y)c₁(y), c₂(4y) = ½c₁(y)².
+        let half = Stumpff::half(theta * theta * S::lit(0.25));
+        let translation = (rho * half.c0 + SO2::turn(&rho) * (theta * half.c1 * S::lit(0.5))) * half.c1;
         Self::from_parts(translation, SO2::from_angle(theta))
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn log(&self) -> Vector3<S> {
         let theta = self.angle();
         let x = theta * theta;
@@ -138,20 +140,20 @@ impl<S: Real> LieGroup<3> for SE2<S> {
         let rho = self.translation() * h - SO2::turn(&self.translation()) * (theta * S::lit(0.5));
         Vector3::new(rho.x, rho.y, theta)
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn adjoint(&self) -> Matrix3<S> {
         block(&self.rotation().to_matrix(), &-SO2::turn(&self.translation()), S::one())
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn small_adjoint(tau: &Vector3<S>) -> Matrix3<S> {
         block(&complex(S::zero(), tau.z), &-SO2::turn(&tau.xy()), S::zero())
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn right_jacobian(tau: &Vector3<S>) -> Matrix3<S> {
         let (rho, theta, c) = split(tau);
         jacobian(&rho, [c.c1, -theta * c.c2], [theta * c.c3, c.c2])
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn right_jacobian_inverse(tau: &Vector3<S>) -> Matrix3<S> {
         let (rho, theta, c) = split(tau);
         let (d, half) = (c.d(), S::lit(0.5));
@@ -167,32 +169,34 @@ impl<S: Real> LieGroup<3> for SE2<S> {
     fn vee(algebra: &Matrix3<S>) -> Vector3<S> {
         Vector3::new(algebra.m13, algebra.m23, algebra.m21)
     }
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn map<T: Real>(&self, f: impl Fn(S) -> T) -> SE2<T> {
-        SE2::from_parts(self.translation().map(&f), self.rotation().map(&f))
+        let [x, y, cos, sin] = self.0;
+        SE2([f(x), f(y), f(cos), f(sin)])
     }
 }
 
 /// (ρ, θ, c_k(θ²)).
-#[inline]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn split<S: Real>(tau: &Vector3<S>) -> (Vector2<S>, S, Stumpff<S>) {
     (tau.xy(), tau.z, Stumpff::new(tau.z * tau.z))
 }
 
 impl<S: Real> Action<3, 2> for SE2<S> {
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn act(&self, p: &Vector2<S>) -> Vector2<S> {
         self.rotation().act(p) + self.translation()
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn linear_part(&self) -> Matrix2<S> {
         self.rotation().to_matrix()
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn generators_at(p: &Vector2<S>) -> SMatrix<S, 2, 3> {
         let (i, o) = (S::one(), S::zero());
         SMatrix::<S, 2, 3>::new(i, o, -p.y, o, i, p.x)
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn act_direction(&self, d: &Vector2<S>) -> Vector2<S> {
         self.rotation().act(d)
     }
@@ -200,7 +204,7 @@ impl<S: Real> Action<3, 2> for SE2<S> {
 
 impl<S: Real> Mul for SE2<S> {
     type Output = Self;
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn mul(self, rhs: Self) -> Self {
         self.compose(&rhs)
     }
@@ -208,7 +212,7 @@ impl<S: Real> Mul for SE2<S> {
 
 impl<S: Real> Mul<Vector2<S>> for SE2<S> {
     type Output = Vector2<S>;
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn mul(self, p: Vector2<S>) -> Vector2<S> {
         self.act(&p)
     }

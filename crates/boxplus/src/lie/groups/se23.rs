@@ -28,6 +28,7 @@
 
 use super::se3::{right_coupling, right_coupling_inverse, turn, unturn};
 use super::so3::{check_affine, polynomial, skew};
+use crate::lie::unrolled::{blocks, cross, transposed};
 use crate::lie::{Action, LieError, LieGroup, Real, SE3, SO3, Stumpff};
 use core::ops::Mul;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
@@ -40,13 +41,13 @@ pub struct SE23<S = f64>(pub(in crate::lie) [S; 10]);
 
 impl<S: Real> SE23<S> {
     /// The extended pose of `rotation`, `position` in m and `velocity` in m/s, both in the parent frame.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn new(rotation: SO3<S>, position: Vector3<S>, velocity: Vector3<S>) -> Self {
         Self::from_pose(SE3::new(rotation, position), velocity)
     }
 
     /// `pose`, moving at `velocity` in m/s of the parent frame.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn from_pose(pose: SE3<S>, velocity: Vector3<S>) -> Self {
         let ([x, y, z, i, j, k, w], [a, b, c]) = (pose.0, velocity.into());
         Self([x, y, z, i, j, k, w, a, b, c])
@@ -67,26 +68,26 @@ impl<S: Real> SE23<S> {
     }
 
     /// R.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn rotation(&self) -> SO3<S> {
         self.pose().rotation()
     }
 
     /// p, in metres of the parent frame.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn position(&self) -> Vector3<S> {
         self.pose().translation()
     }
 
     /// v, in m/s of the parent frame.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn velocity(&self) -> Vector3<S> {
         let [.., x, y, z] = self.0;
         Vector3::new(x, y, z)
     }
 
     /// (R, p), the pose without its velocity.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn pose(&self) -> SE3<S> {
         let [x, y, z, i, j, k, w, ..] = self.0;
         SE3([x, y, z, i, j, k, w])
@@ -108,38 +109,34 @@ impl<S: Real> SE23<S> {
 }
 
 /// The columns v and p of a 5×5 matrix.
-#[inline]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn columns<S: Real>(m: &SMatrix<S, 5, 5>) -> (Vector3<S>, Vector3<S>) {
     (m.fixed_view::<3, 1>(0, 3).into_owned(), m.fixed_view::<3, 1>(0, 4).into_owned())
 }
 
 /// The first 3K coordinates of a tangent as vectors: ρ, φ, ….
-#[inline]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn split<S: Real, const D: usize, const K: usize>(tau: &SVector<S, D>) -> [Vector3<S>; K] {
     core::array::from_fn(|k| Vector3::new(tau[3 * k], tau[3 * k + 1], tau[3 * k + 2]))
 }
 
 /// The 9×9 matrix \[a b 0; 0 a 0; 0 c a\].
-#[inline]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn block<S: Real>(a: &Matrix3<S>, b: &Matrix3<S>, c: &Matrix3<S>) -> SMatrix<S, 9, 9> {
-    let mut m = SMatrix::<S, 9, 9>::zeros();
-    for i in [0, 3, 6] {
-        m.fixed_view_mut::<3, 3>(i, i).copy_from(a);
-    }
-    m.fixed_view_mut::<3, 3>(0, 3).copy_from(b);
-    m.fixed_view_mut::<3, 3>(6, 3).copy_from(c);
-    m
+    let o = &Matrix3::zeros();
+    blocks([[a, b, o], [o, a, o], [o, c, a]])
 }
 
 /// (J_r⁻¹, J_l⁻¹) of (ρ, φ, ν), given d and e at |φ|².
-#[inline]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn inverses<S: Real>([rho, phi, nu]: &[Vector3<S>; 3], d: S, e: S) -> (SMatrix<S, 9, 9>, SMatrix<S, 9, 9>) {
     let j = polynomial(phi, S::lit(0.5), d);
-    let [q, r] = [rho, nu].map(|v| right_coupling_inverse(v, phi, d, e));
-    (block(&j, &q, &r), block(&j.transpose(), &q.transpose(), &r.transpose()))
+    let coupling = |v| right_coupling_inverse(v, phi, d, e);
+    let (q, r) = (coupling(rho), coupling(nu));
+    (block(&j, &q, &r), block(&transposed(&j), &transposed(&q), &transposed(&r)))
 }
 
-#[inline]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn join<S: Real>([rho, phi, nu]: &[Vector3<S>; 3]) -> SVector<S, 9> {
     SVector::from([rho.x, rho.y, rho.z, phi.x, phi.y, phi.z, nu.x, nu.y, nu.z])
 }
@@ -155,44 +152,44 @@ impl<S: Real> LieGroup<9> for SE23<S> {
     type Over<T: Real> = SE23<T>;
     type Algebra = SMatrix<S, 5, 5>;
 
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn identity() -> Self {
         Self::from_pose(SE3::identity(), Vector3::zeros())
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn compose(&self, rhs: &Self) -> Self {
         Self::from_pose(
             self.pose().compose(&rhs.pose()),
             self.rotation().act(&rhs.velocity()) + self.velocity(),
         )
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn inverse(&self) -> Self {
         let pose = self.pose().inverse();
         Self::from_pose(pose, -pose.rotation().act(&self.velocity()))
     }
     /// Subtracts positions and velocities first: the error is relative to their difference.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn between(&self, other: &Self) -> Self {
         let step = self.rotation().inverse().act(&(other.velocity() - self.velocity()));
         Self::from_pose(self.pose().between(&other.pose()), step)
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn exp(tau: &SVector<S, 9>) -> Self {
         let [rho, phi, nu] = split(tau);
         let (rotation, half) = SO3::exp_half(&phi);
         Self::new(rotation, turn(&phi, &half, &rho), turn(&phi, &half, &nu))
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn log(&self) -> SVector<S, 9> {
         let phi = self.rotation().log();
         let d = Stumpff::new(phi.norm_squared()).d();
         join(&[unturn(&phi, d, &self.position()), phi, unturn(&phi, d, &self.velocity())])
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn adjoint(&self) -> SMatrix<S, 9, 9> {
         let r = self.rotation().to_matrix();
-        block(&r, &(skew(&self.position()) * r), &(skew(&self.velocity()) * r))
+        block(&r, &cross(&self.position(), &r), &cross(&self.velocity(), &r))
     }
     /// (R·ρ + p × R·φ, R·φ, R·ν + v × R·φ).
     #[inline]
@@ -200,19 +197,19 @@ impl<S: Real> LieGroup<9> for SE23<S> {
         let [rho, phi, nu] = split(tau).map(|v| self.rotation().act(&v));
         join(&[rho + self.position().cross(&phi), phi, nu + self.velocity().cross(&phi)])
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn small_adjoint(tau: &SVector<S, 9>) -> SMatrix<S, 9, 9> {
         let [rho, phi, nu] = split(tau);
         block(&skew(&phi), &skew(&rho), &skew(&nu))
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn right_jacobian(tau: &SVector<S, 9>) -> SMatrix<S, 9, 9> {
         let [rho, phi, nu] = split(tau);
         let c = Stumpff::new(phi.norm_squared());
-        let [q, r] = [rho, nu].map(|v| right_coupling(&v, &phi, &c));
-        block(&polynomial(&phi, -c.c2, c.c3), &q, &r)
+        let coupling = |v| right_coupling(v, &phi, &c);
+        block(&polynomial(&phi, -c.c2, c.c3), &coupling(&rho), &coupling(&nu))
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn right_jacobian_inverse(tau: &SVector<S, 9>) -> SMatrix<S, 9, 9> {
         let parts = split(tau);
         let c = Stumpff::new(parts[1].norm_squared());
@@ -226,7 +223,7 @@ impl<S: Real> LieGroup<9> for SE23<S> {
             [(rho, d_rho), (nu, d_nu)].map(|(v, d)| super::second::coupling([&v, &phi], [&d, &d_phi], &c));
         block(&right_coupling(&d_phi, &phi, &c), &q, &r)
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn log_jacs(&self) -> (SVector<S, 9>, SMatrix<S, 9, 9>, SMatrix<S, 9, 9>) {
         let phi = self.rotation().log();
         let c = Stumpff::new(phi.norm_squared());
@@ -247,28 +244,30 @@ impl<S: Real> LieGroup<9> for SE23<S> {
         let (nu, rho) = columns(algebra);
         join(&[rho, SO3::vee(&algebra.fixed_view::<3, 3>(0, 0).into_owned()), nu])
     }
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn map<T: Real>(&self, f: impl Fn(S) -> T) -> SE23<T> {
-        SE23::from_pose(self.pose().map(&f), self.velocity().map(&f))
+        let [x, y, z, i, j, k, w, u, v, s] = self.0;
+        SE23([f(x), f(y), f(z), f(i), f(j), f(k), f(w), f(u), f(v), f(s)])
     }
 }
 
 /// A point is moved by the pose.
 impl<S: Real> Action<9, 3> for SE23<S> {
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn act(&self, p: &Vector3<S>) -> Vector3<S> {
         self.pose().act(p)
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn linear_part(&self) -> Matrix3<S> {
         self.rotation().to_matrix()
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn generators_at(p: &Vector3<S>) -> SMatrix<S, 3, 9> {
         let mut g = SMatrix::<S, 3, 9>::zeros();
         g.fixed_view_mut::<3, 6>(0, 0).copy_from(&SE3::generators_at(p));
         g
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn act_direction(&self, d: &Vector3<S>) -> Vector3<S> {
         self.rotation().act(d)
     }
@@ -276,7 +275,7 @@ impl<S: Real> Action<9, 3> for SE23<S> {
 
 impl<S: Real> Mul for SE23<S> {
     type Output = Self;
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn mul(self, rhs: Self) -> Self {
         self.compose(&rhs)
     }
@@ -284,7 +283,7 @@ impl<S: Real> Mul for SE23<S> {
 
 impl<S: Real> Mul<Vector3<S>> for SE23<S> {
     type Output = Vector3<S>;
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn mul(self, p: Vector3<S>) -> Vector3<S> {
         self.act(&p)
     }

@@ -24,6 +24,7 @@
 //! ```
 
 use super::so3::{check_affine, polynomial, skew};
+use crate::lie::unrolled::{blocks, cross, transposed};
 use crate::lie::{Action, LieError, LieGroup, Real, SO3, Stumpff};
 use core::ops::Mul;
 use nalgebra::{Matrix3, Matrix4, Matrix6, SMatrix, Vector3, Vector6};
@@ -36,7 +37,7 @@ pub struct SE3<S = f64>(pub(in crate::lie) [S; 7]);
 
 impl<S: Real> SE3<S> {
     /// The motion p ↦ `rotation`·p + `translation`.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn new(rotation: SO3<S>, translation: Vector3<S>) -> Self {
         let ([x, y, z], [i, j, k, w]) = (translation.into(), rotation.0);
         Self([x, y, z, i, j, k, w])
@@ -53,14 +54,14 @@ impl<S: Real> SE3<S> {
     }
 
     /// R.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn rotation(&self) -> SO3<S> {
         let [_, _, _, x, y, z, w] = self.0;
         SO3([x, y, z, w])
     }
 
     /// t, in metres of the parent frame.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn translation(&self) -> Vector3<S> {
         let [x, y, z, ..] = self.0;
         Vector3::new(x, y, z)
@@ -80,28 +81,24 @@ impl<S: Real> SE3<S> {
 }
 
 /// (ρ, φ).
-#[inline]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn split<S: Real>(tau: &Vector6<S>) -> (Vector3<S>, Vector3<S>) {
     (Vector3::new(tau[0], tau[1], tau[2]), Vector3::new(tau[3], tau[4], tau[5]))
 }
 
-#[inline]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn join<S: Real>(rho: &Vector3<S>, phi: &Vector3<S>) -> Vector6<S> {
     Vector6::new(rho.x, rho.y, rho.z, phi.x, phi.y, phi.z)
 }
 
 /// The 6×6 matrix \[a b; 0 a\].
-#[inline]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn block<S: Real>(a: &Matrix3<S>, b: &Matrix3<S>) -> Matrix6<S> {
-    let mut m = Matrix6::zeros();
-    m.fixed_view_mut::<3, 3>(0, 0).copy_from(a);
-    m.fixed_view_mut::<3, 3>(0, 3).copy_from(b);
-    m.fixed_view_mut::<3, 3>(3, 3).copy_from(a);
-    m
+    blocks([[a, b], [&Matrix3::zeros(), a]])
 }
 
 /// s^ + a·(φ^ρ^ + ρ^φ^) + b·φ^², the form of Q and Q̃, with u^v^ = v·uᵀ − (u·v)·I.
-#[inline]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn coupling<S: Real>(
     s: &Vector3<S>,
     a: S,
@@ -129,7 +126,7 @@ pub(super) fn coupling<S: Real>(
 }
 
 /// The block Q of J_r, the transpose of that of J_l, given c_k(|φ|²).
-#[inline]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn right_coupling<S: Real>(rho: &Vector3<S>, phi: &Vector3<S>, c: &Stumpff<S>) -> Matrix3<S> {
     let dot = phi.dot(rho);
     let s = -(rho * c.c2 + phi * (dot * c.beta1()));
@@ -137,17 +134,17 @@ pub(super) fn right_coupling<S: Real>(rho: &Vector3<S>, phi: &Vector3<S>, c: &St
 }
 
 /// The block Q̃ of J_r⁻¹, the transpose of that of J_l⁻¹, given d and e at |φ|².
-#[inline]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn right_coupling_inverse<S: Real>(rho: &Vector3<S>, phi: &Vector3<S>, d: S, e: S) -> Matrix3<S> {
     coupling(&(rho * S::lit(0.5)), d, phi.dot(rho) * e, rho, phi)
 }
 
 /// (J_r⁻¹, J_l⁻¹) of (ρ, φ), given d and e at |φ|².
-#[inline]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn inverses<S: Real>(rho: &Vector3<S>, phi: &Vector3<S>, d: S, e: S) -> (Matrix6<S>, Matrix6<S>) {
     let j = polynomial(phi, S::lit(0.5), d);
     let q = right_coupling_inverse(rho, phi, d, e);
-    (block(&j, &q), block(&j.transpose(), &q.transpose()))
+    (block(&j, &q), block(&transposed(&j), &transposed(&q)))
 }
 
 impl<S: Real> PartialEq for SE3<S> {
@@ -161,42 +158,42 @@ impl<S: Real> LieGroup<6> for SE3<S> {
     type Over<T: Real> = SE3<T>;
     type Algebra = Matrix4<S>;
 
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn identity() -> Self {
         Self::new(SO3::identity(), Vector3::zeros())
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn compose(&self, rhs: &Self) -> Self {
         Self::new(self.rotation().compose(&rhs.rotation()), self.act(&rhs.translation()))
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn inverse(&self) -> Self {
         let rotation = self.rotation().inverse();
         Self::new(rotation, -rotation.act(&self.translation()))
     }
     /// Subtracts the translations first: the error is relative to their difference, however far from the origin.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn between(&self, other: &Self) -> Self {
         let inverse = self.rotation().inverse();
         let step = inverse.act(&(other.translation() - self.translation()));
         Self::new(inverse.compose(&other.rotation()), step)
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn exp(tau: &Vector6<S>) -> Self {
         let (rho, phi) = split(tau);
         let (rotation, half) = SO3::exp_half(&phi);
         Self::new(rotation, turn(&phi, &half, &rho))
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn log(&self) -> Vector6<S> {
         let phi = self.rotation().log();
         let d = Stumpff::new(phi.norm_squared()).d();
         join(&unturn(&phi, d, &self.translation()), &phi)
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn adjoint(&self) -> Matrix6<S> {
         let r = self.rotation().to_matrix();
-        block(&r, &(skew(&self.translation()) * r))
+        block(&r, &cross(&self.translation(), &r))
     }
     /// (R·ρ + t × R·φ, R·φ).
     #[inline]
@@ -205,18 +202,18 @@ impl<S: Real> LieGroup<6> for SE3<S> {
         let turned = r.act(&phi);
         join(&(r.act(&rho) + self.translation().cross(&turned)), &turned)
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn small_adjoint(tau: &Vector6<S>) -> Matrix6<S> {
         let (rho, phi) = split(tau);
         block(&skew(&phi), &skew(&rho))
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn right_jacobian(tau: &Vector6<S>) -> Matrix6<S> {
         let (rho, phi) = split(tau);
         let c = Stumpff::new(phi.norm_squared());
         block(&polynomial(&phi, -c.c2, c.c3), &right_coupling(&rho, &phi, &c))
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn right_jacobian_inverse(tau: &Vector6<S>) -> Matrix6<S> {
         let (rho, phi) = split(tau);
         let c = Stumpff::new(phi.norm_squared());
@@ -229,7 +226,7 @@ impl<S: Real> LieGroup<6> for SE3<S> {
         let turning = right_coupling(&d_phi, &phi, &c);
         block(&turning, &super::second::coupling([&rho, &phi], [&d_rho, &d_phi], &c))
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn log_jacs(&self) -> (Vector6<S>, Matrix6<S>, Matrix6<S>) {
         let phi = self.rotation().log();
         let c = Stumpff::new(phi.norm_squared());
@@ -248,13 +245,15 @@ impl<S: Real> LieGroup<6> for SE3<S> {
     fn vee(algebra: &Matrix4<S>) -> Vector6<S> {
         Vector6::new(algebra.m14, algebra.m24, algebra.m34, algebra.m32, algebra.m13, algebra.m21)
     }
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn map<T: Real>(&self, f: impl Fn(S) -> T) -> SE3<T> {
-        SE3::new(self.rotation().map(&f), self.translation().map(&f))
+        let [x, y, z, i, j, k, w] = self.0;
+        SE3([f(x), f(y), f(z), f(i), f(j), f(k), f(w)])
     }
 }
 
 /// J_l(φ)·ρ = ρ + c₂φ×ρ + c₃φ×(φ×ρ), given the Stumpff functions at |φ|²/4.
-#[inline]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn turn<S: Real>(phi: &Vector3<S>, half: &Stumpff<S>, rho: &Vector3<S>) -> Vector3<S> {
     // From θ/2 to θ without cancellation: c₂(4y) = ½c₁(y)², c₃(4y) = ¼(c₃(y) + c₁(y)c₂(y)).
     let c2 = half.c1 * half.c1 * S::lit(0.5);
@@ -264,29 +263,29 @@ pub(super) fn turn<S: Real>(phi: &Vector3<S>, half: &Stumpff<S>, rho: &Vector3<S
 }
 
 /// J_l(φ)⁻¹·t = t − ½φ×t + d·φ×(φ×t).
-#[inline]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn unturn<S: Real>(phi: &Vector3<S>, d: S, t: &Vector3<S>) -> Vector3<S> {
     let turned = phi.cross(t);
     t - turned * S::lit(0.5) + phi.cross(&turned) * d
 }
 
 impl<S: Real> Action<6, 3> for SE3<S> {
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn act(&self, p: &Vector3<S>) -> Vector3<S> {
         self.rotation().act(p) + self.translation()
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn linear_part(&self) -> Matrix3<S> {
         self.rotation().to_matrix()
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn generators_at(p: &Vector3<S>) -> SMatrix<S, 3, 6> {
         let mut g = SMatrix::<S, 3, 6>::zeros();
         g.fixed_view_mut::<3, 3>(0, 0).fill_with_identity();
         g.fixed_view_mut::<3, 3>(0, 3).copy_from(&-skew(p));
         g
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn act_direction(&self, d: &Vector3<S>) -> Vector3<S> {
         self.rotation().act(d)
     }
@@ -294,7 +293,7 @@ impl<S: Real> Action<6, 3> for SE3<S> {
 
 impl<S: Real> Mul for SE3<S> {
     type Output = Self;
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn mul(self, rhs: Self) -> Self {
         self.compose(&rhs)
     }
@@ -302,7 +301,7 @@ impl<S: Real> Mul for SE3<S> {
 
 impl<S: Real> Mul<Vector3<S>> for SE3<S> {
     type Output = Vector3<S>;
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn mul(self, p: Vector3<S>) -> Vector3<S> {
         self.act(&p)
     }

@@ -292,6 +292,7 @@ impl<S: Real> LieGroup<10> for SGal3<S> {
     fn vee(algebra: &SMatrix<S, 5, 5>) -> SVector<S, 10> {
         SE23::vee(algebra).push(algebra[(3, 4)])
     }
+    #[inline]
     fn map<T: Real>(&self, f: impl Fn(S) -> T) -> SGal3<T> {
         SGal3::from_extended(self.extended_pose().map(&f), f(self.time()))
     }

@@ -90,7 +90,7 @@ impl<S: Real> Sim2<S> {
     /// s = e^σ > 0: lengths in the parent frame over lengths in the local one.
     #[inline]
     pub fn scale(&self) -> S {
-        self.log_scale().simd_exp()
+        self.log_scale().exp()
     }
 
     /// σ = ln s.
@@ -142,13 +142,13 @@ impl<S: Real> LieGroup<4> for Sim2<S> {
     #[inline]
     fn inverse(&self) -> Self {
         let (rotation, log_scale) = (self.rotation().inverse(), -self.log_scale());
-        Self::new(rotation, -rotation.act(&self.translation()) * log_scale.simd_exp(), log_scale)
+        Self::new(rotation, -rotation.act(&self.translation()) * log_scale.exp(), log_scale)
     }
     /// Subtracts the translations first: the error is relative to their difference, however far from the origin.
     #[inline]
     fn between(&self, other: &Self) -> Self {
         let inverse = self.rotation().inverse();
-        let step = inverse.act(&(other.translation() - self.translation())) * (-self.log_scale()).simd_exp();
+        let step = inverse.act(&(other.translation() - self.translation())) * (-self.log_scale()).exp();
         Self::new(inverse.compose(&other.rotation()), step, other.log_scale() - self.log_scale())
     }
     #[inline]
@@ -192,6 +192,7 @@ impl<S: Real> LieGroup<4> for Sim2<S> {
     fn vee(algebra: &Matrix3<S>) -> Vector4<S> {
         Vector4::new(algebra.m13, algebra.m23, algebra.m21, algebra.m11)
     }
+    #[inline]
     fn map<T: Real>(&self, f: impl Fn(S) -> T) -> Sim2<T> {
         Sim2::new(self.rotation().map(&f), self.translation().map(&f), f(self.log_scale()))
     }

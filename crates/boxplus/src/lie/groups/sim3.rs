@@ -97,7 +97,7 @@ impl<S: Real> Sim3<S> {
     /// s = e^σ > 0: lengths in the parent frame over lengths in the local one.
     #[inline]
     pub fn scale(&self) -> S {
-        self.log_scale().simd_exp()
+        self.log_scale().exp()
     }
 
     /// σ = ln s.
@@ -173,13 +173,13 @@ impl<S: Real> LieGroup<7> for Sim3<S> {
     #[inline]
     fn inverse(&self) -> Self {
         let (rotation, log_scale) = (self.rotation().inverse(), -self.log_scale());
-        Self::new(rotation, -rotation.act(&self.translation()) * log_scale.simd_exp(), log_scale)
+        Self::new(rotation, -rotation.act(&self.translation()) * log_scale.exp(), log_scale)
     }
     /// Subtracts the translations first: the error is relative to their difference, however far from the origin.
     #[inline]
     fn between(&self, other: &Self) -> Self {
         let inverse = self.rotation().inverse();
-        let step = inverse.act(&(other.translation() - self.translation())) * (-self.log_scale()).simd_exp();
+        let step = inverse.act(&(other.translation() - self.translation())) * (-self.log_scale()).exp();
         Self::new(inverse.compose(&other.rotation()), step, other.log_scale() - self.log_scale())
     }
     #[inline]
@@ -252,6 +252,7 @@ impl<S: Real> LieGroup<7> for Sim3<S> {
         let m = algebra;
         SVector::from([m.m14, m.m24, m.m34, m.m32, m.m13, m.m21, m.m11])
     }
+    #[inline]
     fn map<T: Real>(&self, f: impl Fn(S) -> T) -> Sim3<T> {
         Sim3::new(self.rotation().map(&f), self.translation().map(&f), f(self.log_scale()))
     }

@@ -12,8 +12,8 @@
 //! then harmless. Within 3ε for |σ| ≤ 6, θ ≤ π, `f32` and `f64`, whichever of σ and θ vanishes.
 
 use super::so3::skew;
-use crate::lie::{Real, Stumpff};
-use nalgebra::{Matrix3, Vector2, Vector3};
+use crate::lie::{Blend, Real, Stumpff};
+use nalgebra::{Matrix3, SimdBool, Vector2, Vector3};
 
 /// Below σ² + θ² = 4 the series: its terms never exceed the sum, and from here on (eᶻ − 1 − z)/z² cancels no digit.
 const SERIES_END: f64 = 4.0;
@@ -40,7 +40,7 @@ pub(super) fn over<S: Real>(a: &Vector2<S>, b: &Vector2<S>) -> Vector2<S> {
 pub(super) fn phi<S: Real>(z: &Vector2<S>) -> (Vector2<S>, Vector2<S>) {
     let one = Vector2::new(S::one(), S::zero());
     S::choose(
-        z.norm_squared().value() < SERIES_END,
+        z.norm_squared().simd_lt(S::lit(SERIES_END)),
         || {
             // Horner's rule: 1/2·(1 + z/3·(1 + z/4·(1 + …))).
             let nested = (2..=series_terms::<S>() + 1)
@@ -49,8 +49,8 @@ pub(super) fn phi<S: Real>(z: &Vector2<S>) -> (Vector2<S>, Vector2<S>) {
             (one + times(z, &nested), nested)
         },
         || {
-            let (sin, cos) = z.y.simd_sin_cos();
-            let first = over(&(Vector2::new(cos, sin) * z.x.simd_exp() - one), z);
+            let (sin, cos) = z.y.sin_cos();
+            let first = over(&(Vector2::new(cos, sin) * z.x.exp() - one), z);
             (first, over(&(first - one), z))
         },
     )
@@ -69,10 +69,10 @@ impl<S: Real> Growth<S> {
     pub(super) fn new(sigma: S, x: S) -> Self {
         let square = sigma * sigma + x;
         let [a, b, c] = S::choose(
-            square.value() < SERIES_END,
+            square.simd_lt(S::lit(SERIES_END)),
             || Self::series(sigma, x),
             || {
-                let (a, e, k) = (mean_growth(sigma), sigma.simd_exp(), Stumpff::new(x));
+                let (a, e, k) = (mean_growth(sigma), sigma.exp(), Stumpff::new(x));
                 let b = (S::one() + e * (sigma * k.c1 - k.c0)) / square;
                 [a, b, (a + e * (sigma * k.c2 - k.c1)) / square]
             },
@@ -130,9 +130,9 @@ fn combine<S: Real>(phi: &Vector3<S>, a: S, b: S, c: S, v: &Vector3<S>) -> Vecto
 /// (e^σ − 1)/σ, 1 at 0, with exact derivatives there.
 fn mean_growth<S: Real>(sigma: S) -> S {
     S::choose(
-        sigma.value().abs() < 1.0,
+        sigma.simd_abs().simd_lt(S::one()),
         || Growth::series(sigma, S::zero())[0],
-        || sigma.simd_exp_m1() / sigma,
+        || (sigma.exp() - S::one()) / sigma,
     )
 }
 
@@ -216,6 +216,7 @@ impl<S: Real> Coupling<S> {
 }
 
 /// The coefficients of the left Jacobian of Sim(3), \[G, S, −Hρ; 0, J, 0; 0, 0, 1\], at one (σ, |φ|²).
+#[derive(Clone, Copy)]
 pub(super) struct SimilarityJacobian<S> {
     /// G = Σ Zⁱ/(i + 1)!, with Z = σI + W.
     pub(super) g: Polynomial<S>,
@@ -236,13 +237,16 @@ impl<S: Real> SimilarityJacobian<S> {
     /// In closed form S would need several regimes, for σ and θ vanish independently. Doubling needs none, loses no digits,
     /// and serves all blocks at once.
     pub(super) fn new(sigma: S, x: S) -> Self {
-        let (halvings, mut scale) = halvings(x.value() + sigma.value() * sigma.value());
-        let mut jacobian = Self::series(sigma, x, S::lit(scale));
-        for _ in 0..halvings {
-            jacobian = jacobian.doubled(sigma, x, S::lit(scale));
-            scale *= 2.0;
+        let mut scale = halved(x + sigma * sigma);
+        let mut jacobian = Self::series(sigma, x, scale);
+        loop {
+            let short = scale.simd_lt(S::one());
+            if short.none() {
+                return jacobian;
+            }
+            jacobian = S::choose(short, || jacobian.doubled(sigma, x, scale), || jacobian);
+            scale = S::choose(short, || scale + scale, || scale);
         }
-        jacobian
     }
 
     /// At τ·`scale`, in powers of the unscaled W.
@@ -270,7 +274,7 @@ impl<S: Real> SimilarityJacobian<S> {
     fn doubled(&self, sigma: S, x: S, scale: S) -> Self {
         let k = Stumpff::new(x * scale * scale);
         let r = Polynomial([S::one(), k.c1 * scale, k.c2 * scale * scale]);
-        let growth = (sigma * scale).simd_exp();
+        let growth = (sigma * scale).exp();
         let Polynomial([a, b, c]) = self.g;
         // t^ for t = Gρ, by (φ×ρ)^ = WP − PW and (φ×(φ×ρ))^ = (φ·ρ)W − xP.
         let t = Coupling([a - x * c, b, -b, S::zero(), c, S::zero()]);
@@ -289,13 +293,29 @@ impl<S: Real> SimilarityJacobian<S> {
     }
 }
 
-/// How often a number of this square must be halved to be at most ½, and ½ to that power.
-fn halvings(square: f64) -> (u32, f64) {
-    let (mut count, mut scale) = (0, 1.0);
-    // Beyond 2⁴⁰ no digit of an angle is left; the limit also stops at what is not finite.
-    while square * scale * scale > 0.25 && count < 40 {
-        scale *= 0.5;
-        count += 1;
+impl<S: Real> Blend<S> for SimilarityJacobian<S> {
+    #[inline]
+    fn blend(mask: S::SimdBool, yes: Self, no: Self) -> Self {
+        let polynomial = |y: Polynomial<S>, n: Polynomial<S>| Polynomial(Blend::<S>::blend(mask, y.0, n.0));
+        Self {
+            g: polynomial(yes.g, no.g),
+            s: Coupling(Blend::<S>::blend(mask, yes.s.0, no.s.0)),
+            h: polynomial(yes.h, no.h),
+            j: polynomial(yes.j, no.j),
+        }
     }
-    (count, scale)
+}
+
+/// The power of ½ by which a number of this square must be multiplied to be at most ½.
+fn halved<S: Real>(square: S) -> S {
+    let mut scale = S::one();
+    // Beyond 2⁴⁰ no digit of an angle is left; the limit also stops at what is not finite.
+    for _ in 0..40 {
+        let long = (square * scale * scale).simd_gt(S::lit(0.25));
+        if long.none() {
+            break;
+        }
+        scale = S::choose(long, || scale * S::lit(0.5), || scale);
+    }
+    scale
 }

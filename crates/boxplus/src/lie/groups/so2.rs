@@ -25,6 +25,7 @@ pub struct SO2<S = f64>(pub(in crate::lie) [S; 2]);
 
 impl<S: Real> SO2<S> {
     /// The rotation by `angle` radians, counter-clockwise.
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn from_angle(angle: S) -> Self {
         let (sin, cos) = angle.simd_sin_cos();
         Self::from_unit(cos, sin)
@@ -78,23 +79,28 @@ impl<S: Real> SO2<S> {
     }
 
     /// The angle in radians, in [−π, π].
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn angle(&self) -> S {
-        S::polar_angle(self.sin(), self.cos())
+        // ±(π − arcsin|sin θ|) behind, where −0 and 0 are told apart.
+        let (sin, cos) = (self.sin(), self.cos());
+        let near = sin * S::angle_over_sine(sin * sin, cos.simd_abs());
+        S::choose(cos.simd_lt(S::zero()), || S::simd_pi().simd_copysign(sin) - near, || near)
     }
 
     /// cos θ.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn cos(&self) -> S {
         self.0[0]
     }
 
     /// sin θ.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn sin(&self) -> S {
         self.0[1]
     }
 
     /// The 2×2 matrix \[cos, −sin; sin, cos\].
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn to_matrix(&self) -> Matrix2<S> {
         Matrix2::new(self.cos(), -self.sin(), self.sin(), self.cos())
     }
@@ -106,13 +112,13 @@ impl<S: Real> SO2<S> {
     }
 
     /// The rotation with this cosine and sine, of unit norm together.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub(in crate::lie) fn from_unit(cos: S, sin: S) -> Self {
         Self([cos, sin])
     }
 
     /// \[1\]× v = (−v₂, v₁), `v` turned by 90°.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub(in crate::lie) fn turn(v: &Vector2<S>) -> Vector2<S> {
         Vector2::new(-v.y, v.x)
     }
@@ -123,11 +129,11 @@ impl<S: Real> LieGroup<1> for SO2<S> {
     type Over<T: Real> = SO2<T>;
     type Algebra = Matrix2<S>;
 
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn identity() -> Self {
         Self::from_unit(S::one(), S::zero())
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn compose(&self, rhs: &Self) -> Self {
         let cos = self.cos() * rhs.cos() - self.sin() * rhs.sin();
         let sin = self.cos() * rhs.sin() + self.sin() * rhs.cos();
@@ -135,31 +141,31 @@ impl<S: Real> LieGroup<1> for SO2<S> {
         let scale = S::lit(1.5) - S::lit(0.5) * (cos * cos + sin * sin);
         Self::from_unit(cos * scale, sin * scale)
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn inverse(&self) -> Self {
         Self::from_unit(self.cos(), -self.sin())
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn exp(tau: &SVector<S, 1>) -> Self {
         Self::from_angle(tau.x)
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn log(&self) -> SVector<S, 1> {
         Vector1::new(self.angle())
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn adjoint(&self) -> SMatrix<S, 1, 1> {
         SMatrix::identity()
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn small_adjoint(_: &SVector<S, 1>) -> SMatrix<S, 1, 1> {
         SMatrix::zeros()
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn right_jacobian(_: &SVector<S, 1>) -> SMatrix<S, 1, 1> {
         SMatrix::identity()
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn right_jacobian_inverse(_: &SVector<S, 1>) -> SMatrix<S, 1, 1> {
         SMatrix::identity()
     }
@@ -169,21 +175,23 @@ impl<S: Real> LieGroup<1> for SO2<S> {
     fn vee(algebra: &Matrix2<S>) -> SVector<S, 1> {
         Vector1::new(algebra.m21)
     }
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn map<T: Real>(&self, f: impl Fn(S) -> T) -> SO2<T> {
-        SO2(self.0.map(f))
+        let [cos, sin] = self.0;
+        SO2([f(cos), f(sin)])
     }
 }
 
 impl<S: Real> Action<1, 2> for SO2<S> {
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn act(&self, p: &Vector2<S>) -> Vector2<S> {
         Vector2::new(self.cos() * p.x - self.sin() * p.y, self.sin() * p.x + self.cos() * p.y)
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn linear_part(&self) -> Matrix2<S> {
         self.to_matrix()
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn generators_at(p: &Vector2<S>) -> SMatrix<S, 2, 1> {
         Self::turn(p)
     }
@@ -191,7 +199,7 @@ impl<S: Real> Action<1, 2> for SO2<S> {
 
 impl<S: Real> Mul for SO2<S> {
     type Output = Self;
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn mul(self, rhs: Self) -> Self {
         self.compose(&rhs)
     }
@@ -199,7 +207,7 @@ impl<S: Real> Mul for SO2<S> {
 
 impl<S: Real> Mul<Vector2<S>> for SO2<S> {
     type Output = Vector2<S>;
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn mul(self, p: Vector2<S>) -> Vector2<S> {
         self.act(&p)
     }

@@ -20,9 +20,10 @@
 //! assert!((p_world - Vector3::new(0.0, 1.0, 0.0)).norm() < 1e-15);
 //! ```
 
+use crate::lie::unrolled::transposed;
 use crate::lie::{Action, LieError, LieGroup, Real, Stumpff};
 use core::ops::Mul;
-use nalgebra::{Matrix3, Matrix4, SMatrix, SimdComplexField, Vector3};
+use nalgebra::{Matrix3, Matrix4, SMatrix, Vector3};
 
 /// A rotation of space.
 #[derive(Clone, Copy)]
@@ -94,13 +95,13 @@ impl<S: Real> SO3<S> {
     }
 
     /// The unit quaternion as \[x, y, z, w\]; its sign is arbitrary.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn quaternion_xyzw(&self) -> [S; 4] {
         self.0
     }
 
     /// The 3×3 rotation matrix.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn to_matrix(&self) -> Matrix3<S> {
         let ([x, y, z, w], one) = (self.quaternion_xyzw(), S::one());
         let (x2, y2, z2) = (x + x, y + y, z + z);
@@ -121,7 +122,7 @@ impl<S: Real> SO3<S> {
     }
 
     /// The same rotation at unit norm to the last digit. Products already hold it within 2ε.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn normalize(&self) -> Self {
         let inverse_norm = S::one() / (self.v().norm_squared() + self.w() * self.w()).simd_sqrt();
         Self::from_unit(self.v() * inverse_norm, self.w() * inverse_norm)
@@ -132,52 +133,54 @@ impl<S: Real> SO3<S> {
     /// At the identity every 2πk·n is a logarithm; there n is the direction of `reference`.
     pub fn log_near(&self, reference: &Vector3<S>) -> Vector3<S> {
         let phi = self.log();
-        let theta = phi.norm_squared().value().simd_sqrt();
         // Direction of the family of logarithms; at the identity it is free.
-        let axis = if theta > 0.0 { phi } else { *reference };
-        let length = axis.norm_squared().value().simd_sqrt();
-        if length == 0.0 {
-            return phi;
-        }
-        let turn = core::f64::consts::TAU / length;
-        let along = axis.dot(&(reference - phi)).value() / (length * length);
-        phi + axis * S::lit(turn * (along / turn).simd_round())
+        let axis = S::choose(phi.norm_squared().simd_gt(S::zero()), || phi, || *reference);
+        let square = axis.norm_squared();
+        S::choose(
+            square.simd_gt(S::zero()),
+            || {
+                let turn = S::simd_two_pi() / square.simd_sqrt();
+                let along = axis.dot(&(reference - phi)) / square;
+                phi + axis * (turn * (along / turn).nearest())
+            },
+            || phi,
+        )
     }
 
     /// The rotation of v·(i, j, k) + w, which is of unit norm.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub(in crate::lie) fn from_unit(v: Vector3<S>, w: S) -> Self {
         Self([v.x, v.y, v.z, w])
     }
 
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn v(&self) -> Vector3<S> {
         let [x, y, z, _] = self.0;
         Vector3::new(x, y, z)
     }
 
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn w(&self) -> S {
         self.0[3]
     }
 
     /// Exp φ together with the Stumpff functions at |φ|²/4, from which those at |φ|² follow.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub(super) fn exp_half(phi: &Vector3<S>) -> (Self, Stumpff<S>) {
-        let half = Stumpff::new(phi.norm_squared() * S::lit(0.25));
+        let half = Stumpff::half(phi.norm_squared() * S::lit(0.25));
         (Self::from_unit(phi * (half.c1 * S::lit(0.5)), half.c0), half)
     }
 }
 
 /// φ^, the matrix of φ × ·.
-#[inline]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn skew<S: Real>(v: &Vector3<S>) -> Matrix3<S> {
     let o = S::zero();
     Matrix3::new(o, -v.z, v.y, v.z, o, -v.x, -v.y, v.x, o)
 }
 
 /// I + a·φ^ + b·φ^², with (φ^²)₁₁ = −(φ₂² + φ₃²) free of cancellation.
-#[inline]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn polynomial<S: Real>(phi: &Vector3<S>, a: S, b: S) -> Matrix3<S> {
     let (one, s, u) = (S::one(), phi * a, phi * b);
     let (xx, yy, zz) = (phi.x * u.x, phi.y * u.y, phi.z * u.z);
@@ -278,26 +281,6 @@ fn determinant<S: Real>(a: &Matrix3<S>) -> S {
     a.column(0).cross(&a.column(1)).dot(&a.column(2))
 }
 
-/// 2·atan2(n, w)/n for a unit quaternion with w ≥ 0 and n = |v|, given n².
-#[inline]
-fn log_factor<S: Real>(n2: S, w: S) -> S {
-    // Near 0 by the series of atan: no root of 0, hence derivatives there, too. It reaches to n/w = 1/20, for a second
-    // derivative of the quotient beyond loses the digits of ε/n; the next term is (n/w)¹⁴/15.
-    let near = 0.0025;
-    S::choose(
-        n2.value() < near * (w * w).value(),
-        || {
-            let r = n2 / (w * w);
-            let term = |sum: S, k: u32| S::lit(1.0 / f64::from(k)) - r * sum;
-            [11, 9, 7, 5, 3, 1].into_iter().fold(S::lit(1.0 / 13.0), term) * S::lit(2.0) / w
-        },
-        || {
-            let n = n2.simd_sqrt();
-            S::polar_angle(n, w) * S::lit(2.0) / n
-        },
-    )
-}
-
 /// Two quaternions of one rotation are equal: q = −q.
 impl<S: Real> PartialEq for SO3<S> {
     fn eq(&self, other: &Self) -> bool {
@@ -310,11 +293,11 @@ impl<S: Real> LieGroup<3> for SO3<S> {
     type Over<T: Real> = SO3<T>;
     type Algebra = Matrix3<S>;
 
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn identity() -> Self {
         Self::from_unit(Vector3::zeros(), S::one())
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn compose(&self, rhs: &Self) -> Self {
         let v = self.v().cross(&rhs.v()) + rhs.v() * self.w() + self.v() * rhs.w();
         let w = self.w() * rhs.w() - self.v().dot(&rhs.v());
@@ -322,37 +305,38 @@ impl<S: Real> LieGroup<3> for SO3<S> {
         let scale = S::lit(1.5) - S::lit(0.5) * (v.norm_squared() + w * w);
         Self::from_unit(v * scale, w * scale)
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn inverse(&self) -> Self {
         Self::from_unit(-self.v(), self.w())
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn exp(phi: &Vector3<S>) -> Self {
         Self::exp_half(phi).0
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn log(&self) -> Vector3<S> {
-        let sign = S::choose(self.w().value() < 0.0, || -S::one(), || S::one());
-        self.v() * (sign * log_factor(self.v().norm_squared(), self.w() * sign))
+        let sign = S::choose(self.w().simd_lt(S::zero()), || -S::one(), || S::one());
+        let half = S::angle_over_sine(self.v().norm_squared(), self.w() * sign);
+        self.v() * (sign * half * S::lit(2.0))
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn adjoint(&self) -> Matrix3<S> {
         self.to_matrix()
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn adjoint_times(&self, phi: &Vector3<S>) -> Vector3<S> {
         self.act(phi)
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn small_adjoint(phi: &Vector3<S>) -> Matrix3<S> {
         skew(phi)
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn right_jacobian(phi: &Vector3<S>) -> Matrix3<S> {
         let c = Stumpff::new(phi.norm_squared());
         polynomial(phi, -c.c2, c.c3)
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn right_jacobian_inverse(phi: &Vector3<S>) -> Matrix3<S> {
         polynomial(phi, S::lit(0.5), Stumpff::new(phi.norm_squared()).d())
     }
@@ -360,11 +344,11 @@ impl<S: Real> LieGroup<3> for SO3<S> {
     fn right_jacobian_derivative(phi: &Vector3<S>, delta: &Vector3<S>) -> Matrix3<S> {
         super::second::so3(phi, delta)
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn log_jacs(&self) -> (Vector3<S>, Matrix3<S>, Matrix3<S>) {
         let phi = self.log();
         let right = Self::right_jacobian_inverse(&phi);
-        (phi, right, right.transpose())
+        (phi, right, transposed(&right))
     }
     fn hat(phi: &Vector3<S>) -> Matrix3<S> {
         skew(phi)
@@ -372,23 +356,25 @@ impl<S: Real> LieGroup<3> for SO3<S> {
     fn vee(algebra: &Matrix3<S>) -> Vector3<S> {
         Vector3::new(algebra.m32, algebra.m13, algebra.m21)
     }
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn map<T: Real>(&self, f: impl Fn(S) -> T) -> SO3<T> {
-        SO3(self.0.map(f))
+        let [x, y, z, w] = self.0; // not `map`, which may stay a call
+        SO3([f(x), f(y), f(z), f(w)])
     }
 }
 
 impl<S: Real> Action<3, 3> for SO3<S> {
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn act(&self, p: &Vector3<S>) -> Vector3<S> {
         let t = self.v().cross(p);
         let t = t + t;
         p + t * self.w() + self.v().cross(&t)
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn linear_part(&self) -> Matrix3<S> {
         self.to_matrix()
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn generators_at(p: &Vector3<S>) -> Matrix3<S> {
         -skew(p)
     }
@@ -396,7 +382,7 @@ impl<S: Real> Action<3, 3> for SO3<S> {
 
 impl<S: Real> Mul for SO3<S> {
     type Output = Self;
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn mul(self, rhs: Self) -> Self {
         self.compose(&rhs)
     }
@@ -404,7 +390,7 @@ impl<S: Real> Mul for SO3<S> {
 
 impl<S: Real> Mul<Vector3<S>> for SO3<S> {
     type Output = Vector3<S>;
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn mul(self, p: Vector3<S>) -> Vector3<S> {
         self.act(&p)
     }
