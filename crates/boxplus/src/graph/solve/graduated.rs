@@ -7,6 +7,7 @@
 
 use core::fmt;
 use core::ops::ControlFlow;
+use std::collections::BTreeMap;
 
 use super::{Iteration, Solution, SolveOptions};
 use crate::graph::{FactorId, Graph, GraphError, Kernel, Values};
@@ -172,11 +173,13 @@ impl Graph {
         (graduation, pace): (Graduation, Pace),
         observer: &mut dyn FnMut(&Iteration) -> ControlFlow<()>,
     ) -> Result<Graduated, GraphError> {
-        let suspect = |&id: &FactorId| {
-            let bound = pace.noise * graduation.bound(self.residual_dim(id)?);
+        let mut bounds = BTreeMap::new(); // a quantile costs more than a factor
+        let mut suspect = |&id: &FactorId| {
+            let dof = self.residual_dim(id)?;
+            let bound = *bounds.entry(dof).or_insert_with(|| pace.noise * graduation.bound(dof));
             Some(Suspect { id, bound })
         };
-        let suspects: Vec<Suspect> = suspects.iter().filter_map(suspect).collect();
+        let suspects: Vec<Suspect> = suspects.iter().filter_map(&mut suspect).collect();
         let mut control = self.first_control(&suspects, initial, graduation)?.min(pace.most);
         let stage = SolveOptions {
             max_iterations: STEPS.min(options.max_iterations),

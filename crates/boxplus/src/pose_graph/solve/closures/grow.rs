@@ -9,7 +9,7 @@
 //! Many files state far more noise than they have. A surprise is therefore measured in the noise that the closures accepted so
 //! far show, never in more than is stated. That only guides the search: what is false in the end is judged by the stated noise.
 
-use core::ops::ControlFlow;
+use core::ops::{ControlFlow, Range};
 use std::collections::{HashMap, HashSet};
 
 use super::super::problem::{Problem, with_values};
@@ -30,8 +30,6 @@ const SHORTEST: usize = 8;
 const POSSIBLE: f64 = 0.999;
 /// By how much the control falls from stage to stage: what comes after corrects what is missed here.
 const STEP: f64 = 3.0;
-/// Beyond (1 + this)·c² a closure that was rejected before does not pull when the next piece is met.
-const NEAR: f64 = 10.0;
 /// What a piece may leave of its cost to gain, and the trial steps after its stages.
 const PIECE: (f64, usize) = (1e-4, 30);
 /// With this probability the noise is not less than what is believed.
@@ -88,9 +86,9 @@ pub(super) fn grown(
     let mut begin = 0;
     for piece in 1..=pieces {
         let end = count * piece / pieces;
-        let fresh = map.meet(begin..end);
+        let met = map.meet(begin..end);
         begin = end;
-        if !fresh.is_empty() && map.close(end, &fresh, observer)?.is_break() {
+        if met && map.close(end, observer)?.is_break() {
             break;
         }
     }
@@ -98,33 +96,24 @@ pub(super) fn grown(
 }
 
 impl Map<'_> {
-    /// The closures whose later pose is in a piece, and which are no surprise.
-    fn meet(&mut self, piece: core::ops::Range<usize>) -> HashSet<usize> {
-        let mut fresh = HashSet::new();
-        fresh.extend(possible(&self.flat, &self.graph.poses2, (self, &piece)));
+    /// Takes note of the closures whose later pose is in a piece and which are no surprise; whether there are any.
+    fn meet(&mut self, piece: Range<usize>) -> bool {
+        let mut fresh = possible(&self.flat, &self.graph.poses2, (self, &piece));
         fresh.extend(possible(&self.spatial, &self.graph.poses3, (self, &piece)));
         self.possible.extend(&fresh);
-        fresh
+        !fresh.is_empty()
     }
 
-    /// Optimises the poses before `end` with the closures that are possible, `fresh` ones among them.
+    /// Optimises the poses before `end` with the closures that are possible.
     fn close(
         &mut self,
         end: usize,
-        fresh: &HashSet<usize>,
         observer: &mut dyn FnMut(&Iteration) -> ControlFlow<()>,
     ) -> Result<ControlFlow<()>, PoseGraphError> {
         let (part, places) = self.part(end);
         let mut problem = Problem::new(&part, &self.settings)?;
         let suspects = Suspects::new(&problem, |k| self.closes[places[k]].then_some(places[k]));
         let start = problem.values.clone();
-        // What was rejected before does not pull again; what is new pulls from wherever it is.
-        let excess = |&(place, id): &(usize, FactorId)| {
-            let bound = self.noise * self.graduation.bound(problem.factors.residual_dim(id)?);
-            let squared = problem.factors.squared_error(id, &start)?;
-            fresh.contains(&place).then_some(2.0 * squared / bound - 1.0)
-        };
-        let most = suspects.0.iter().filter_map(excess).fold(NEAR, f64::max);
         let usual = &self.settings.options;
         let options = SolveOptions {
             relative_cost: PIECE.0.max(usual.relative_cost),
@@ -136,7 +125,7 @@ impl Map<'_> {
             &start,
             &options,
             &suspects.ids(),
-            (self.graduation, Pace { most, step: STEP, noise: self.noise }),
+            (self.graduation, Pace { step: STEP, noise: self.noise, ..Pace::default() }),
             &mut |iteration| {
                 flow = observer(iteration);
                 flow
@@ -201,7 +190,7 @@ fn noise(problem: &Problem, found: &Graduated) -> f64 {
 fn possible<G: LieGroup<D, Scalar = f64>, const D: usize>(
     track: &Track<G, D>,
     poses: &[Vertex<G>],
-    (map, piece): (&Map<'_>, &core::ops::Range<usize>),
+    (map, piece): (&Map<'_>, &Range<usize>),
 ) -> Vec<usize> {
     let fresh: Vec<&Link<G, D>> = track.loops.iter().filter(|link| piece.contains(&link.later())).collect();
     if fresh.is_empty() {
