@@ -275,6 +275,13 @@ fn an_iteration_that_does_not_settle_is_told() {
 }
 
 #[test]
+fn the_dispersion_is_the_weighted_mean_square() {
+    let [near, far] = [0.0, 4.0].map(|x| Rn::<1>::new(Vector1::new(x)));
+    let mean = Rn::mean(&[near, far], Weights::Of(&[3.0, 1.0])).unwrap(); // at 1: ¾·1² + ¼·3²
+    assert_eq!((mean.value.vector().x, mean.dispersion.x, mean.radius), (1.0, 3.0, 3.0));
+}
+
+#[test]
 fn the_median_of_angles_is_their_median_and_resists_what_is_wrong() {
     let unit = Vector1::new(1.0);
     let angles = [0.3, -0.2, 0.0, 0.9, 0.1_f64];
@@ -285,6 +292,11 @@ fn the_median_of_angles_is_their_median_and_resists_what_is_wrong() {
     let two = [0.0, 1.0_f64].map(SO2::from_angle);
     let median = SO2::median(&two, Weights::Of(&[1.0, 2.0]), &unit).unwrap();
     assert!((median.value.angle() - 1.0).abs() < 1e-12);
+    // The weight that is where the iteration starts holds it there at once, as long as the others pull no stronger.
+    let at = |x: f64, y: f64| Rn::<2>::new([x, y].into());
+    let held =
+        Rn::median(&[at(0.0, 0.0), at(1.0, 0.0)], Weights::Of(&[1.0, 0.8]), &[1.0, 1.0].into()).unwrap();
+    assert_eq!((held.value.vector().amax(), held.iterations), (0.0, 1));
     let same = [SO3::about_z(0.2); 3];
     let ones = Vector3::repeat(1.0);
     assert!(apart(&SO3::median(&same, Weights::Equal, &ones).unwrap().value, &same[0]) < 1e-15);

@@ -267,6 +267,30 @@ fn opposite_directions_turn_about_the_documented_axis() {
     assert!((SO3::about_z(FRAC_PI_2) * Vector3::x() - Vector3::y()).norm() < 2.0 * EPS);
 }
 
+#[test]
+fn what_is_determined_up_to_rounding_only_is_refused_or_repaired() {
+    // A half turn about a generic axis: infinite in every component.
+    let half = SO3::from_xyzw([0.6, 0.48, 0.64, 0.0]).unwrap();
+    assert!(matches!(half.to_gibbs(), Err(LieError::HalfTurn)));
+    // A twist of which 10⁻¹⁷ is left.
+    let reversed = SO3::from_xyzw([1.0, 0.0, 0.0, 1e-17]).unwrap();
+    assert!(matches!(reversed.swing_twist(&Vector3::z()), Err(LieError::AxisReversed)));
+    // Parallel but for the rounding of 0.1, 0.2, 0.3 times 3.
+    let a = Vector3::new(0.1, 0.2, 0.3);
+    assert!(matches!(SO3::from_6d(&a, &(a * 3.0)), Err(LieError::Parallel { .. })));
+    // Nearly parallel: the first direction is met to the last digits all the same.
+    for angle in [1e-3, 1e-6, 1e-9, 1e-12] {
+        let r = SO3::from_6d(&a, &(a * 2.0 + a.cross(&Vector3::x()) * angle)).unwrap();
+        assert!((r * Vector3::x() - a.normalize()).norm() < 8.0 * EPS, "{angle}");
+    }
+    // Quaternions and complex numbers that nalgebra calls unit without looking.
+    let long = UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(0.9, 0.1, -0.5, 0.3));
+    let norm: f64 = SO3::from(long).quaternion_xyzw().iter().map(|x| x * x).sum();
+    assert!((norm - 1.0).abs() < 2.0 * EPS);
+    let long = SO2::<f64>::from(UnitComplex::new_unchecked(nalgebra::Complex::new(0.9, 0.6)));
+    assert!((long.cos().hypot(long.sin()) - 1.0).abs() < 2.0 * EPS);
+}
+
 /// Dual numbers through every conversion are its closed-form Jacobian.
 #[cfg(feature = "autodiff")]
 pub(crate) mod dual {

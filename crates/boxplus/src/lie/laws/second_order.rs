@@ -47,7 +47,7 @@ pub(super) fn jacobian_derivatives<G: LieGroup<D>, const D: usize>(s: &Sample<G,
 
 /// The second-order expansion of the squared distance, by its slope.
 pub(super) fn squared_distance<G: LieGroup<D, Scalar = f64>, const D: usize>(sample: usize) -> Verdict {
-    let (tau, u) = (tangent::<f64, D>(sample, 3, 2.0), tangent::<f64, D>(sample + 7, 4, 0.8));
+    let (tau, u) = (tangent::<f64, D>(sample, 3, 2.0), tangent::<f64, D>(sample + 1, 4, 0.8));
     let information = SMatrix::<f64, D, D>::from_fn(|i, j| if i == j { 1.0 + i as f64 } else { 0.25 });
     let x = G::exp(&tau);
     let half_square = |t: &SVector<f64, D>| t.dot(&(information * t)) * 0.5;
