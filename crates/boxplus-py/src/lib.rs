@@ -6,6 +6,7 @@
 
 mod argument;
 mod error;
+mod gaussian;
 mod groups;
 mod operation;
 mod pose_graph;
@@ -20,6 +21,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     error::register(module)?;
     groups::register(module)?;
+    gaussian::register(module)?;
     rotation::register(module)?;
     module.add_class::<pose_graph::PoseGraph>()
 }

@@ -9,6 +9,7 @@ array([2., 0., 0., 0., 0., 1.])
 """
 
 from boxplus._core import Error, GraphError, LieError, NotFiniteError, ReadError, ShapeError, UncertaintyError, __version__
+from boxplus._gaussian import Gaussian, Order, Side
 from boxplus._group import Group, MatrixGroup
 from boxplus._planar import SE2, SO2, Sim2
 from boxplus._pose_graph import Edges, Format, Iteration, PoseGraph, Settings, Solution
@@ -31,12 +32,14 @@ __all__ = [
     "Error",
     "Euler",
     "Format",
+    "Gaussian",
     "GraphError",
     "Group",
     "Iteration",
     "LieError",
     "MatrixGroup",
     "NotFiniteError",
+    "Order",
     "PoseGraph",
     "ReadError",
     "Rn",
@@ -45,6 +48,7 @@ __all__ = [
     "ShapeError",
     "Sim2",
     "Sim3",
+    "Side",
     "Solution",
     "UncertaintyError",
     "__version__",

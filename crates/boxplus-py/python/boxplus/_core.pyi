@@ -12,6 +12,7 @@ _Ids: TypeAlias = npt.NDArray[np.uint64]
 
 __all__ = [
     "Error",
+    "Gaussians",
     "GraphError",
     "Group",
     "LieError",
@@ -19,8 +20,14 @@ __all__ = [
     "NotFiniteError",
     "PoseGraph",
     "R1",
+    "R1_global",
+    "R1_local",
     "R2",
+    "R2_global",
+    "R2_local",
     "R3",
+    "R3_global",
+    "R3_local",
     "R4",
     "R5",
     "R6",
@@ -28,20 +35,36 @@ __all__ = [
     "Rotations",
     "SE2",
     "SE23",
+    "SE23_global",
+    "SE23_local",
     "SE23_matrices",
+    "SE2_global",
+    "SE2_local",
     "SE2_matrices",
     "SE3",
+    "SE3_global",
+    "SE3_local",
     "SE3_matrices",
     "SGal3",
+    "SGal3_global",
+    "SGal3_local",
     "SGal3_matrices",
     "SO2",
+    "SO2_global",
+    "SO2_local",
     "SO2_matrices",
     "SO3",
+    "SO3_global",
+    "SO3_local",
     "SO3_matrices",
     "ShapeError",
     "Sim2",
+    "Sim2_global",
+    "Sim2_local",
     "Sim2_matrices",
     "Sim3",
+    "Sim3_global",
+    "Sim3_local",
     "Sim3_matrices",
     "UncertaintyError",
     "__version__",
@@ -152,6 +175,44 @@ class Matrices:
     def log_near(self, x: object, reference: object) -> _Floats: ...
 
 @final
+class Gaussians:
+    """What uncertain elements can do, by mean and covariance."""
+
+    def checked(self, covariance: object) -> _Floats: ...
+    def from_sigmas(self, sigmas: object) -> _Floats: ...
+    def from_information(self, information: object) -> _Floats: ...
+    def sigmas(self, covariance: object) -> _Floats: ...
+    def information(self, covariance: object) -> _Floats: ...
+    def principal_axes(self, covariance: object) -> tuple[_Floats, _Floats]: ...
+    def inverse(self, mean: object, covariance: object) -> tuple[_Floats, _Floats]: ...
+    def to_opposite(self, mean: object, covariance: object) -> tuple[_Floats, _Floats]: ...
+    def change_parent(self, mean: object, covariance: object, new_from_old: object) -> tuple[_Floats, _Floats]: ...
+    def change_body(self, mean: object, covariance: object, body_from_sensor: object) -> tuple[_Floats, _Floats]: ...
+    def reset(self, mean: object, covariance: object, theta: object) -> tuple[_Floats, _Floats]: ...
+    def transport(self, mean: object, covariance: object, theta: object) -> tuple[_Floats, _Floats]: ...
+    def compose(
+        self, mean: object, covariance: object, other: object, other_covariance: object, order: object
+    ) -> tuple[_Floats, _Floats]: ...
+    def between(
+        self, mean: object, covariance: object, other: object, other_covariance: object, order: object
+    ) -> tuple[_Floats, _Floats]: ...
+    def fuse(
+        self, mean: object, covariance: object, other: object, other_covariance: object
+    ) -> tuple[_Floats, _Floats]: ...
+    def act_on(
+        self, mean: object, covariance: object, p: object, p_covariance: object, order: object
+    ) -> tuple[_Floats, _Floats]: ...
+    def error_of(self, mean: object, covariance: object, x: object) -> _Floats: ...
+    def perturbed(self, mean: object, covariance: object, xi: object) -> _Floats: ...
+    def drawn(self, mean: object, covariance: object, normal: object) -> _Floats: ...
+    def mahalanobis_squared(self, mean: object, covariance: object, x: object) -> _Scalars: ...
+    def tangent_log_density(self, mean: object, covariance: object, x: object) -> _Scalars: ...
+    def haar_log_density(self, mean: object, covariance: object, x: object) -> _Scalars: ...
+    def tangent_entropy(self, mean: object, covariance: object) -> _Scalars: ...
+    def kl_divergence(self, mean: object, covariance: object, other: object, other_covariance: object) -> _Scalars: ...
+    def boundary(self, mean: object, covariance: object, direction: object, probability: object) -> _Floats: ...
+
+@final
 class Rotations:
     """Rotations of space and of the plane from coordinates and back."""
 
@@ -236,3 +297,25 @@ R3: Group
 R4: Group
 R5: Group
 R6: Group
+SO2_local: Gaussians
+SO2_global: Gaussians
+SO3_local: Gaussians
+SO3_global: Gaussians
+SE2_local: Gaussians
+SE2_global: Gaussians
+SE3_local: Gaussians
+SE3_global: Gaussians
+SE23_local: Gaussians
+SE23_global: Gaussians
+SGal3_local: Gaussians
+SGal3_global: Gaussians
+Sim2_local: Gaussians
+Sim2_global: Gaussians
+Sim3_local: Gaussians
+Sim3_global: Gaussians
+R1_local: Gaussians
+R1_global: Gaussians
+R2_local: Gaussians
+R2_global: Gaussians
+R3_local: Gaussians
+R3_global: Gaussians
