@@ -7,7 +7,6 @@ mod choices;
 mod convert;
 mod diagnose;
 mod document;
-mod draw;
 mod error;
 mod excerpt;
 mod info;
@@ -20,11 +19,11 @@ mod refusal;
 mod report;
 mod simulate;
 mod solve;
-mod text;
 
 use std::process::ExitCode;
 
 use args::{Cli, Completions, Verb};
+use boxplus_cli::{draw, text};
 use clap::{CommandFactory, Parser};
 use error::{Error, Outcome};
 use output::Console;

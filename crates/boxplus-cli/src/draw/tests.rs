@@ -15,6 +15,7 @@ fn helix(loops: usize) -> Scene {
         landmarks: vec![Vector3::new(1.0, 2.0, 0.0)],
         sightings: vec![[at(3), Vector3::new(1.0, 2.0, 0.0)]],
         ellipses: vec![Ellipse { centre: at(9), covariance: Matrix3::identity() }],
+        ..Scene::default()
     }
 }
 
