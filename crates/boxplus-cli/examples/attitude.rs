@@ -5,7 +5,6 @@
 //! believed. The same for the magnetometer and the length of the field where the sensor was at rest.
 //!
 //! Arguments: the folder of the public data, a picture to draw.
-#![expect(clippy::print_stdout, clippy::print_stderr, reason = "an example talks")]
 
 mod log;
 
@@ -38,7 +37,7 @@ fn main() -> Outcome<()> {
 }
 
 /// Both logs; BROAD is drawn.
-pub fn run(folder: &Path) -> Outcome<Report> {
+pub(crate) fn run(folder: &Path) -> Outcome<Report> {
     let file = "inertial/repoimu-TStick_Test02_Trial1.csv.gz";
     let truth = log::read_log(folder, file, repoimu_truth)?;
     let (repoimu, _) = estimate("RepoIMU T-stick 2-1", &log::read_log(folder, file, repoimu)?, &truth, true)?;

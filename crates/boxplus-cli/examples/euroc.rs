@@ -2,10 +2,10 @@
 //! (2016), with the ground truth recomputed by OpenVINS.
 //!
 //! Positions of the truth, one a second, each off by 5 cm, correct what the sensor says in between. Orientation and velocity follow from
-//! them alone.
+//! them alone. The error is the global one: on the local side the first turns teach the filter a heading that is
+//! wrong and certain, NEES 539 against 6.6 with one noise.
 //!
 //! Arguments: the folder of the public data, a picture to draw.
-#![expect(clippy::print_stdout, clippy::print_stderr, reason = "an example talks")]
 
 mod log;
 
@@ -15,17 +15,17 @@ use boxplus::filter::{Ekf, Gate, ImuNoise, Inertial, InertialState, Part, Positi
 use boxplus::io;
 use boxplus::lie::{Rn, SE3};
 use boxplus::recording::{Course, ImuReading, Score, Stamped, part_of};
-use boxplus::uncertainty::{Gaussian, Local};
+use boxplus::uncertainty::{Gaussian, Global};
 use boxplus_cli::draw::Run;
 use log::{DEGREES, Outcome, Report, Row};
 use nalgebra::{SVector, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
-/// As the data set's `imu0/sensor.yaml` says.
+/// White noise ten times that of the data set's `imu0/sensor.yaml`, which is of a sensor at rest: this one vibrates. Biases as it says.
 const NOISE: ImuNoise = ImuNoise {
-    gyroscope: 1.6968e-4,
-    accelerometer: 2.0e-3,
+    gyroscope: 1.6968e-3,
+    accelerometer: 2.0e-2,
     gyroscope_bias: 1.9393e-5,
     accelerometer_bias: 3.0e-3,
 };
@@ -34,14 +34,16 @@ const FIX: f64 = 0.05;
 /// Rows of the truth from one position to the next: a second.
 const EVERY: usize = 20;
 /// At the start: position, rotation, velocity, biases of gyroscope and accelerometer.
-const START: [f64; 5] = [0.1, 0.1, 0.1, 0.1, 0.2];
+const START: [f64; 5] = [0.1, 0.1, 0.1, 0.005, 0.2];
+/// Readings of the first second: the drone is at rest, and the gyroscope shows its bias.
+const REST: usize = 200;
 
 fn main() -> Outcome<()> {
     log::main(run)
 }
 
 /// The flight.
-pub fn run(folder: &Path) -> Outcome<Report> {
+pub(crate) fn run(folder: &Path) -> Outcome<Report> {
     let base = "inertial/euroc-V1_01_easy";
     let imu = log::read_log(folder, &format!("{base}/imu0.csv.gz"), io::read_euroc_imu)?;
     let states = log::read_log(folder, &format!("{base}/groundtruth-recomputed.csv"), io::read_euroc_states)?;
@@ -60,15 +62,18 @@ pub fn run(folder: &Path) -> Outcome<Report> {
     let fixes: Vec<_> = truth.iter().step_by(EVERY).skip(1).map(|pose| pose.map(&mut fix)).collect();
 
     let first = states.first().ok_or("no truth")?;
+    let still = &imu[..REST.min(imu.len())];
     let motion = first.value.motion;
     let there = InertialState {
         motion,
-        gyroscope_bias: Rn::new(Vector3::zeros()),
+        gyroscope_bias: Rn::new(
+            still.iter().map(|m| m.value.gyroscope).sum::<Vector3<f64>>() / still.len() as f64,
+        ),
         accelerometer_bias: Rn::new(Vector3::zeros()),
     };
     let start =
-        Gaussian::<InertialState, 15, Local>::from_sigmas(there, &SVector::from_fn(|i, _| START[i / 3]))?;
-    let mut course = Course::forward(Ekf::default().gated(Gate::at(0.9999)), first.stamp_ns, start);
+        Gaussian::<InertialState, 15, Global>::from_sigmas(there, &SVector::from_fn(|i, _| START[i / 3]))?;
+    let mut course = Course::forward(Ekf::iterated().gated(Gate::at(0.9999)), first.stamp_ns, start);
     let model = Inertial::upright(NOISE);
     course.follow(
         &imu,
@@ -81,7 +86,7 @@ pub fn run(folder: &Path) -> Outcome<Report> {
 
     let poses = part_of(course.track(), |x| x.motion.pose(), 0);
     let score = Score::new(&poses, &truth, 0.06);
-    let row = Row::new("EKF, positions at 1 Hz", &score, 3, course.fates());
+    let row = Row::new("iterated, positions 1 Hz", &score, 3, course.fates());
     let band = poses.iter().step_by(20).map(|belief| log::in_space(&belief.value)).collect();
     let names = [
         ("x of the body [m]", 1.0),

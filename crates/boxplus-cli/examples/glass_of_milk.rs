@@ -5,7 +5,6 @@
 //! Distances are used each, every 10th and every 100th: what lies between, the smoother knows better.
 //!
 //! Arguments: the folder of the public data, a picture to draw.
-#![expect(clippy::print_stdout, clippy::print_stderr, reason = "an example talks")]
 
 mod log;
 
@@ -25,7 +24,7 @@ fn main() -> Outcome<()> {
 }
 
 /// Filter and smoother with ever fewer distances; the smoother with one in ten is drawn.
-pub fn run(folder: &Path) -> Outcome<Report> {
+pub(crate) fn run(folder: &Path) -> Outcome<Report> {
     let file = "inertial/glass-of-milk-dataset1.csv.gz";
     let rows = log::read_log(folder, file, columns)?;
     let bytes = std::fs::read(folder.join(file))?;

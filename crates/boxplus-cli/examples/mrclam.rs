@@ -6,7 +6,6 @@
 //! to be worth less: distances 0.4 m, directions 0.06 rad, several times what single ones are off.
 //!
 //! Arguments: the folder of the public data, a picture to draw.
-#![expect(clippy::print_stdout, clippy::print_stderr, reason = "an example talks")]
 
 mod log;
 
@@ -34,7 +33,7 @@ fn main() -> Outcome<()> {
 }
 
 /// Every robot; the last one is drawn.
-pub fn run(folder: &Path) -> Outcome<Report> {
+pub(crate) fn run(folder: &Path) -> Outcome<Report> {
     let mut rows = Vec::new();
     let mut picture = None;
     for robot in 1..=5 {
@@ -92,8 +91,11 @@ fn localise(folder: &Path, robot: usize) -> Outcome<(Row, Run)> {
     Ok((row, picture))
 }
 
+/// What was seen of landmarks, and where all of them are.
+type Sightings = (Vec<Stamped<RangeBearing>>, Vec<Vector2<f64>>);
+
 /// What the robot saw of landmarks, and where these are. Other robots and barcodes that nobody knows are left out.
-fn sightings(folder: &Path, file: &str) -> Outcome<(Vec<Stamped<RangeBearing>>, Vec<Vector2<f64>>)> {
+fn sightings(folder: &Path, file: &str) -> Outcome<Sightings> {
     let base = "landmark-slam/mrclam6";
     let barcodes = log::read(folder, &format!("{base}/Barcodes.dat"), io::read_mrclam_barcodes)?;
     let landmarks =

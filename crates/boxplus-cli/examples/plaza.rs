@@ -4,11 +4,9 @@
 //! Ranges bounce off buildings: a gate leaves out what cannot be. They do not say where the mower looks; driving does.
 //!
 //! Arguments: the folder of the public data, a picture to draw.
-#![expect(clippy::print_stdout, clippy::print_stderr, reason = "an example talks")]
 
 mod log;
 
-use std::collections::HashMap;
 use std::path::Path;
 
 use boxplus::filter::{Ekf, Gate, Odometry, Range};
@@ -26,15 +24,15 @@ const DRIFT: [f64; 3] = [0.1, 0.05, 0.02];
 const RANGE: f64 = 1.0;
 /// At the start: metres and radians.
 const START: [f64; 3] = [1.0, 1.0, 0.5];
-/// The numbers that the radios give the beacons, in the order of their places.
-const RADIOS: [u32; 4] = [0, 1, 6, 5];
+/// How many there are.
+const BEACONS: usize = 4;
 
 fn main() -> Outcome<()> {
     log::main(run)
 }
 
 /// The lawn.
-pub fn run(folder: &Path) -> Outcome<Report> {
+pub(crate) fn run(folder: &Path) -> Outcome<Report> {
     let graph = std::fs::read(folder.join("ranging/plaza1.pyfg.gz"))?;
     let graph = decompress(&graph, "plaza1.pyfg")?;
     let graph = String::from_utf8_lossy(&graph);
@@ -43,10 +41,14 @@ pub fn run(folder: &Path) -> Outcome<Report> {
     let places = beacons(&graph)?;
     let speeds = speeds(&log::read_log(folder, "ranging/Plaza1_DR.txt", steps)?);
     let noise = Covariance::from_sigmas(&vector![RANGE])?;
-    let range = |&(radio, measured): &(u32, f64)| {
-        Some(Range { beacon: *places.get(&radio)?, antenna: Vector2::zeros(), measured, noise })
+    let range = |&(beacon, measured): &(usize, f64)| {
+        Some(Range { beacon: *places.get(beacon)?, antenna: Vector2::zeros(), measured, noise })
     };
-    let heard = log::read_log(folder, "ranging/Plaza1_TD.txt", ranges)?;
+    // A graph owes nobody an order of time.
+    let mut heard: Vec<_> =
+        lines(&graph, "EDGE_RANGE ", 1).replace(" L", " ").lines().map(str::to_owned).collect();
+    heard.sort_by(|a, b| time(a).total_cmp(&time(b)));
+    let heard = ranges(heard.join("\n").as_bytes(), "plaza1.pyfg")?.samples;
     let heard: Vec<_> = heard
         .iter()
         .filter_map(|z| Some(Stamped { stamp_ns: z.stamp_ns, value: range(&z.value)? }))
@@ -80,7 +82,7 @@ pub fn run(folder: &Path) -> Outcome<Report> {
             false,
             band,
             truth.iter().map(|pose| pose.value.translation().push(0.0)).collect(),
-            places.values().map(|place| place.push(0.0)).collect(),
+            places.iter().map(|place| place.push(0.0)).collect(),
         )),
         charts: log::charts(
             &scores[0],
@@ -105,13 +107,18 @@ fn lines(text: &str, tag: &str, without: usize) -> String {
     tagged.map(|line| words(line).join(" ") + "\n").collect()
 }
 
-fn beacons(graph: &str) -> Outcome<HashMap<u32, Vector2<f64>>> {
+/// The first number of a line.
+fn time(line: &str) -> f64 {
+    line.split(' ').next().and_then(|word| word.parse().ok()).unwrap_or(f64::NAN)
+}
+
+fn beacons(graph: &str) -> Outcome<Vec<Vector2<f64>>> {
     let places = lines(graph, "VERTEX_XY ", 0);
     let place = |line: &str| -> Outcome<Vector2<f64>> {
         let (x, y) = line.split_once(' ').ok_or("a beacon has x and y")?;
         Ok(Vector2::new(x.parse()?, y.parse()?))
     };
-    RADIOS.into_iter().zip(places.lines()).map(|(radio, line)| Ok((radio, place(line)?))).collect()
+    places.lines().map(place).collect()
 }
 
 fn poses(bytes: &[u8], name: &str) -> Result<Log<SE2>, IoError> {
@@ -137,18 +144,18 @@ fn steps(bytes: &[u8], name: &str) -> Result<Log<[f64; 2]>, IoError> {
     read_log(bytes, name, &layout, Ok)
 }
 
-/// The number of the radio that answered, and metres.
-fn ranges(bytes: &[u8], name: &str) -> Result<Log<(u32, f64)>, IoError> {
+/// The number of the beacon, and metres.
+fn ranges(bytes: &[u8], name: &str) -> Result<Log<(usize, f64)>, IoError> {
     let layout = Layout {
-        format: "Plaza ranges",
+        format: "PyFG ranges",
         stamp: Stamp::Seconds,
-        fields: "time sender receiver range",
+        fields: "time beacon range variance",
         named: false,
         units: [Unit::Any; 3],
     };
-    read_log(bytes, name, &layout, |[_, receiver, range]| {
-        let known = RADIOS.into_iter().find(|radio| f64::from(*radio) == receiver);
-        Ok((known.ok_or_else(|| IoErrorKind::NotAnId { found: receiver.to_string().into() })?, range))
+    read_log(bytes, name, &layout, |[beacon, range, _]| {
+        let number = (0..BEACONS).find(|i| *i as f64 == beacon);
+        Ok((number.ok_or_else(|| IoErrorKind::NotAnId { found: beacon.to_string().into() })?, range))
     })
 }
 

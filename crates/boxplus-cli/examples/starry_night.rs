@@ -4,7 +4,6 @@
 //! Filtered, and smoothed with what came later. All noise is as the log itself states it.
 //!
 //! Arguments: the folder of the public data, a picture to draw.
-#![expect(clippy::print_stdout, clippy::print_stderr, reason = "an example talks")]
 
 mod log;
 
@@ -27,7 +26,7 @@ fn main() -> Outcome<()> {
 }
 
 /// Filter and smoother; the latter is drawn.
-pub fn run(folder: &Path) -> Outcome<Report> {
+pub(crate) fn run(folder: &Path) -> Outcome<Report> {
     let states = "inertial/starry-night-dataset3-state.csv.gz";
     let constants = Constants::read(&std::fs::read(folder.join(states))?, states)?;
     let poses = log::read_log(folder, states, truth)?;

@@ -1,5 +1,6 @@
 //! What the examples on public logs share: where the data are, what is printed, what is drawn.
 #![allow(dead_code, unreachable_pub, reason = "each example takes what it needs")]
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "an example talks")]
 
 use std::error::Error;
 use std::ops::Range;
@@ -84,8 +85,11 @@ pub fn main(run: fn(&Path) -> Outcome<Report>) -> Outcome<()> {
     }
     if let Some(name) = arguments.next() {
         let svg = report.picture.svg();
-        let bytes =
-            if name.ends_with(".png") { png(&svg).ok_or("nothing to draw")? } else { svg.into_bytes() };
+        let bytes = if Path::new(&name).extension().is_some_and(|ending| ending == "png") {
+            png(&svg).ok_or("nothing to draw")?
+        } else {
+            svg.into_bytes()
+        };
         std::fs::write(&name, bytes)?;
         println!("wrote {name}");
     }

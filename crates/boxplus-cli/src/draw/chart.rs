@@ -62,12 +62,12 @@ impl Chart {
 
     /// Half of what is shown: nearly all of the band and of the error, not what a start from nowhere is like.
     fn reach(&self) -> f64 {
-        let most = |numbers: &[f64], share: f64| {
+        let most = |numbers: &[f64], percent: usize| {
             let mut sizes: Vec<f64> = numbers.iter().map(|x| x.abs()).filter(|x| x.is_finite()).collect();
             sizes.sort_by(f64::total_cmp);
-            sizes.get((share * sizes.len() as f64) as usize).or(sizes.last()).copied().unwrap_or(0.0)
+            sizes.get(sizes.len() * percent / 100).or(sizes.last()).copied().unwrap_or(0.0)
         };
-        let reach = (1.15 * most(&self.band, 0.95)).max(1.1 * most(&self.error, 0.997));
+        let reach = (1.15 * most(&self.band, 95)).max(1.1 * most(&self.error, 99));
         if reach > 0.0 { reach } else { 1.0 }
     }
 
