@@ -9,7 +9,6 @@ mod consistency;
 mod convert;
 mod diagnose;
 mod document;
-mod draw;
 mod error;
 mod excerpt;
 mod info;
@@ -23,11 +22,11 @@ mod refusal;
 mod report;
 mod simulate;
 mod solve;
-mod text;
 
 use std::process::ExitCode;
 
 use args::{Cli, Completions, Verb};
+use boxplus_cli::{draw, text};
 use clap::{CommandFactory, Parser};
 use error::{Error, Outcome};
 use output::Console;

@@ -28,15 +28,20 @@ const TICK: Type = Type { size: 11.5, bold: false, colour: MUTED };
 /// A page of strips, one below the other.
 #[derive(Clone, Debug)]
 pub struct Chart {
+    /// What it is.
     pub title: String,
+    /// The main numbers, in one line.
     pub facts: String,
+    /// From top to bottom.
     pub strips: Vec<Strip>,
 }
 
 /// One quantity over time.
 #[derive(Clone, Debug)]
 pub struct Strip {
+    /// What is averaged.
     pub heading: String,
+    /// How much of it is inside.
     pub note: String,
     /// Time by time.
     pub values: Vec<f64>,

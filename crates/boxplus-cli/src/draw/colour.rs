@@ -12,6 +12,8 @@ pub const MUTED: Color = Color { r: 0x6b, g: 0x72, b: 0x80 };
 pub const GRID: Color = Color { r: 0xe8, g: 0xeb, b: 0xf0 };
 /// Trajectories.
 pub const TRACK: Color = Color { r: 0x33, g: 0x41, b: 0x55 };
+/// Where a trajectory truly went.
+pub const TRUTH: Color = Color { r: 0xea, g: 0x58, b: 0x0c };
 /// Landmarks.
 pub const LANDMARK: Color = Color { r: 0x05, g: 0x96, b: 0x69 };
 /// Sightings of landmarks.

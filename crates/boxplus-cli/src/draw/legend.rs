@@ -3,7 +3,7 @@
 use colorous::Color;
 use svg::Document;
 
-use super::colour::{CLOUDS, Decades, ELLIPSE, LANDMARK, MUTED, SIGHTING, TRACK, heat};
+use super::colour::{CLOUDS, Decades, ELLIPSE, LANDMARK, MUTED, SIGHTING, TRACK, TRUTH, heat};
 use super::page::{Anchor, Type, dot, ellipse, line, rectangle, text};
 use super::window::Area;
 use super::{Panel, Scene};
@@ -37,6 +37,8 @@ impl Legend {
         let any = |f: fn(&Scene) -> bool| panels.iter().any(|p| f(&p.scene));
         let entries = [
             (any(|s| !s.tracks.is_empty()), (Mark::Line, "trajectory", TRACK)),
+            (any(|s| !s.truth.is_empty()), (Mark::Line, "truth", TRUTH)),
+            (any(|s| !s.band.is_empty()), (Mark::Ellipse, "3σ", ELLIPSE)),
             (any(|s| !s.landmarks.is_empty()), (Mark::Dot, "landmark", LANDMARK)),
             (any(|s| !s.sightings.is_empty()), (Mark::Line, "sighting", SIGHTING)),
             (any(|s| !s.clouds[0].is_empty()), (Mark::Dot, "target", CLOUDS[0])),
@@ -44,6 +46,18 @@ impl Legend {
             (any(|s| !s.ellipses.is_empty()), (Mark::Ellipse, "95 % of positions", ELLIPSE)),
         ];
         Self { entries: entries.into_iter().filter(|e| e.0).map(|e| e.1).collect(), decades }
+    }
+
+    /// Of a path and of errors over time.
+    pub fn of_run(path: &[Panel], errors: bool) -> Self {
+        let mut legend = Self::of(path, None);
+        if errors {
+            legend.entries.push((Mark::Line, "error", TRACK));
+            if path.is_empty() {
+                legend.entries.push((Mark::Ellipse, "3σ", ELLIPSE));
+            }
+        }
+        legend
     }
 
     /// The height it needs on a page of this width.

@@ -1,20 +1,25 @@
-//! Pose graphs and charts on paper: one drawing, as SVG, and as PNG from the same SVG.
+//! Pose graphs, trajectories and charts on paper: one drawing, as SVG, and as PNG from the same SVG.
 
+mod band;
 mod camera;
 mod chart;
 mod colour;
+mod error_chart;
 mod from_graph;
 mod legend;
 mod page;
 mod panel;
 mod png;
+mod run;
 mod scene;
 mod strokes;
 mod window;
 
 pub use chart::{Chart, Strip};
+pub use error_chart::ErrorChart;
 pub use from_graph::Places;
 pub use png::render as png;
+pub use run::Run;
 pub use scene::{Ellipse, Scene};
 
 use camera::Camera;
@@ -71,16 +76,7 @@ impl Figure {
         let legend = Legend::of(&self.panels, decades);
         let inner = count * PANEL + (count - 1.0) * GAP;
         let (width, height) = (2.0 * MARGIN + inner, HEADER + tall + legend.height(inner));
-        let mut document = Document::new()
-            .set("viewBox", (0, 0, width, height))
-            .set("width", width)
-            .set("height", height)
-            .set("font-family", FONTS)
-            .add(Title::new(format!("{}: {}", self.title, self.facts)))
-            .add(page::rectangle(Area { x: 0.0, y: 0.0, width, height }, PAPER))
-            .add(text(&self.title, (MARGIN, 48.0), Anchor::Start, TITLE))
-            .add(text(&self.facts, (MARGIN, 73.0), Anchor::Start, FACTS))
-            .add(text("boxplus", (width - MARGIN, 48.0), Anchor::End, SIGNATURE));
+        let mut document = sheet(&self.title, &self.facts, (width, height));
         for (i, panel) in self.panels.iter().enumerate() {
             let x = MARGIN + i as f64 * (PANEL + GAP);
             let area = Area { x, y: HEADER, width: PANEL, height: tall };
@@ -99,6 +95,20 @@ impl Figure {
             _ => Camera::plan(),
         }
     }
+}
+
+/// A page with its titles.
+fn sheet(title: &str, facts: &str, (width, height): (f64, f64)) -> Document {
+    Document::new()
+        .set("viewBox", (0, 0, width, height))
+        .set("width", width)
+        .set("height", height)
+        .set("font-family", FONTS)
+        .add(Title::new(format!("{title}: {facts}")))
+        .add(page::rectangle(Area { x: 0.0, y: 0.0, width, height }, PAPER))
+        .add(text(title, (MARGIN, 48.0), Anchor::Start, TITLE))
+        .add(text(facts, (MARGIN, 73.0), Anchor::Start, FACTS))
+        .add(text("boxplus", (width - MARGIN, 48.0), Anchor::End, SIGNATURE))
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ fn hex(colour: Color) -> String {
 }
 
 /// Pixels to a hundredth.
-fn pixels(x: f64) -> f64 {
+pub fn pixels(x: f64) -> f64 {
     (x * 100.0).round() / 100.0
 }
 
@@ -66,6 +66,11 @@ pub fn path(data: String, colour: Color, width: f64) -> Path {
         .set("stroke", hex(colour))
         .set("stroke-width", pixels(width))
         .set("fill", "none")
+}
+
+/// A closed path, filled so that what is below shines through.
+pub fn band(data: String, colour: Color) -> Path {
+    Path::new().set("d", data).set("fill", hex(colour)).set("fill-opacity", 0.2).set("stroke", "none")
 }
 
 /// A filled rectangle.

@@ -5,18 +5,19 @@ use nalgebra::Vector3;
 use svg::Document;
 use svg::node::element::Group;
 
+use super::band::along;
 use super::camera::{Camera, Spot};
 use super::colour::{
-    CLOUDS, Decades, ELLIPSE, GRID, INK, LANDMARK, MUTED, SIGHTING, TRACK, fade, heat, steps,
+    CLOUDS, Decades, ELLIPSE, GRID, INK, LANDMARK, MUTED, SIGHTING, TRACK, TRUTH, fade, heat, steps,
 };
-use super::page::{Anchor, Type, clipped, dot, ellipse, line, path, text};
+use super::page::{Anchor, Type, band, clipped, dot, ellipse, line, path, text};
 use super::strokes::{Kind, Layer, STEPS, Strokes};
 use super::window::{Area, Window, aspect};
 use super::{Panel, Scene};
 
-const HEADING: Type = Type { size: 15.0, bold: true, colour: INK };
-const NOTE: Type = Type { size: 13.0, bold: false, colour: MUTED };
-const TICK: Type = Type { size: 11.5, bold: false, colour: MUTED };
+pub const HEADING: Type = Type { size: 15.0, bold: true, colour: INK };
+pub const NOTE: Type = Type { size: 13.0, bold: false, colour: MUTED };
+pub const TICK: Type = Type { size: 11.5, bold: false, colour: MUTED };
 
 /// Room for the heading, and for the labels of a plan's axes.
 const HEADING_ROOM: f64 = 34.0;
@@ -73,6 +74,9 @@ pub fn draw(
     let view =
         View { camera, window: Window::fit(inner, spots.iter().copied()), depth: Depth::of(&spots, scene) };
     let (clip, mut marks) = clipped(id, inner);
+    if !scene.band.is_empty() {
+        marks = marks.add(band(along(&scene.band, camera, &view.window), ELLIPSE));
+    }
     for (layer, data) in view.strokes(scene, decades).into_paths() {
         marks = marks.add(path(data, view.colour(layer), width(scene, layer.kind)));
     }
@@ -141,6 +145,9 @@ impl View<'_> {
             let heat = decades.map_or(0.0, |d| d.position(link.residual));
             add(Kind::Loop, steps(heat * f64::from(STEPS - 1)), [&link.ends[0], &link.ends[1]]);
         }
+        for pair in scene.truth.windows(2) {
+            add(Kind::Truth, 0, [&pair[0], &pair[1]]);
+        }
         for pair in scene.tracks.iter().flat_map(|track| track.windows(2)) {
             add(Kind::Track, 0, [&pair[0], &pair[1]]);
         }
@@ -151,6 +158,7 @@ impl View<'_> {
         let colour = match layer.kind {
             Kind::Sighting => SIGHTING,
             Kind::Loop => heat(f64::from(layer.colour) / f64::from(STEPS - 1)),
+            Kind::Truth => TRUTH,
             Kind::Track => TRACK,
         };
         if self.depth.step.is_finite() { fade(colour, Depth::fade(layer.depth)) } else { colour }
@@ -170,7 +178,7 @@ impl View<'_> {
 
     fn add_dots(&self, mut marks: Group, scene: &Scene) -> Group {
         let poses: Vec<_> = scene.tracks.iter().flatten().collect();
-        let shown = if poses.len() <= DOTS { poses } else { Vec::new() };
+        let shown = if poses.len() <= DOTS && scene.truth.is_empty() { poses } else { Vec::new() };
         for (points, radius, colour) in
             [(shown, 2.0, TRACK), (scene.landmarks.iter().collect(), landmark_radius(scene), LANDMARK)]
         {
@@ -207,7 +215,7 @@ fn width(scene: &Scene, kind: Kind) -> f64 {
     let lines = scene.loops.len() + scene.tracks.iter().map(Vec::len).sum::<usize>();
     let base = (2.5 - 0.4 * (lines.max(1) as f64).log10()).clamp(0.5, 2.0);
     match kind {
-        Kind::Track => base,
+        Kind::Track | Kind::Truth => base,
         Kind::Loop => 0.85 * base,
         Kind::Sighting => 0.5,
     }
@@ -218,7 +226,7 @@ fn landmark_radius(scene: &Scene) -> f64 {
 }
 
 /// Round metres without superfluous zeros; a proper minus.
-fn metres(x: f64) -> String {
+pub fn metres(x: f64) -> String {
     let x = if x.abs() < 1e-12 { 0.0 } else { x };
     let plain = format!("{:.6}", x.abs());
     let plain = plain.trim_end_matches('0').trim_end_matches('.');

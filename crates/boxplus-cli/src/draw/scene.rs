@@ -19,6 +19,10 @@ pub struct Scene {
     pub clouds: [Vec<Vector3<f64>>; 2],
     /// How sure the positions are.
     pub ellipses: Vec<Ellipse>,
+    /// Where the poses truly were, in the order of travel.
+    pub truth: Vec<Vector3<f64>>,
+    /// How sure the positions are, in the order of travel: a band along them.
+    pub band: Vec<Ellipse>,
 }
 
 /// A loop closure.
@@ -43,8 +47,15 @@ impl Scene {
     /// Every position, each at least once; those that are not finite are left out.
     pub fn points(&self) -> Vec<Vector3<f64>> {
         let ends = self.loops.iter().flat_map(|l| l.ends);
-        let all = self.tracks.iter().flatten().copied().chain(ends).chain(self.landmarks.iter().copied());
-        let all = all.chain(self.clouds.iter().flatten().copied());
+        let all = self
+            .tracks
+            .iter()
+            .flatten()
+            .chain(&self.truth)
+            .copied()
+            .chain(ends)
+            .chain(self.landmarks.iter().copied())
+            .chain(self.clouds.iter().flatten().copied());
         all.filter(|p| p.iter().all(|x| x.is_finite())).collect()
     }
 }

@@ -22,6 +22,7 @@ pub struct Layer {
 pub enum Kind {
     Sighting,
     Loop,
+    Truth,
     Track,
 }
 

@@ -16,6 +16,7 @@ fn helix(loops: usize) -> Scene {
         sightings: vec![[at(3), Vector3::new(1.0, 2.0, 0.0)]],
         clouds: [vec![at(3)], vec![at(5)]],
         ellipses: vec![Ellipse { centre: at(9), covariance: Matrix3::identity() }],
+        ..Scene::default()
     }
 }
 

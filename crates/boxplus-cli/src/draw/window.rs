@@ -108,7 +108,7 @@ fn round_step(x: f64) -> f64 {
 }
 
 /// Four to eleven round numbers within `[low, high]`.
-fn ticks(low: f64, high: f64) -> Vec<f64> {
+pub fn ticks(low: f64, high: f64) -> Vec<f64> {
     let step = round_step((high - low) / 4.0);
     let first = (low / step).ceil() as i64;
     let last = (high / step).floor() as i64;

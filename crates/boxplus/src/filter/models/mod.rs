@@ -5,6 +5,7 @@ mod inertial;
 mod odometry;
 mod part;
 mod sightings;
+mod stereo;
 mod wheels;
 
 pub use attitude::{Attitude, Gyroscope};
@@ -12,4 +13,5 @@ pub use inertial::{DeadReckoning, Imu, ImuNoise, Inertial, InertialState, STANDA
 pub use odometry::Odometry;
 pub use part::Part;
 pub use sightings::{PositionFix, Range, RangeBearing, Sighting, VectorSighting};
+pub use stereo::{StereoCamera, StereoSighting};
 pub use wheels::{DifferentialDrive, WheelTravel};
