@@ -100,7 +100,7 @@ impl Library {
         })
     }
 
-    /// E[ξ₁ξ₂ᵀ] of two named poses, in their own conventions, if a file says it.
+    /// `E[ξ₁ξ₂ᵀ]` of two named poses, in their own conventions, if a file says it.
     pub fn correlation(&self, first: &str, second: &str) -> Option<Vec<Vec<f64>>> {
         self.correlations.iter().rev().find_map(|known| match &known.of {
             [a, b] if a == first && b == second => Some(known.covariance.clone()),
