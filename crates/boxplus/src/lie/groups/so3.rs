@@ -2,11 +2,12 @@
 //!
 //! ```text
 //! Exp φ = (½c₁(x/4)·φ, c₀(x/4)),  x = |φ|²         R = I + c₁φ^ + c₂φ^²
-//! Log: φ = 2·atan2(|v|, w)/|v| · v with w ≥ 0 by q ≡ −q
+//! Log: φ = 2a(w)·v,  a(w) = acos(w)/√(1 − w²),  with w ≥ 0 by q ≡ −q
 //! Ad = R    ad = φ^    J_r = I − c₂φ^ + c₃φ^²    J_r⁻¹ = I + ½φ^ + d·φ^²    J_l = J_rᵀ
 //! ```
-//! Solà et al. (2018) (138)–(149), coefficients of [`crate::lie::Stumpff`]. The logarithm never takes an arc cosine of a trace or
-//! of w, which loses half the digits near 0 and near π: Log is within 2ε of the truth, relative to θ, for every θ ≤ π.
+//! Solà et al. (2018) (138)–(149), coefficients of [`crate::lie::Stumpff`]. The arc cosine of a trace or of w
+//! alone loses half the digits near 0 and near π; the quotient a(w) is smooth on \[0, 1\], a polynomial in w that costs no
+//! root and no arc: Log is within 2ε of the truth, relative to θ, for every θ ≤ π.
 //!
 //! Pitfalls. q and −q are one rotation: `==` knows, component-wise comparison does not. At θ = π both φ and −φ are
 //! right; the stored sign decides, see [`SO3::log_near`] for tracking a rotation vector through π. Quaternion order
