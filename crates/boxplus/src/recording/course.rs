@@ -242,6 +242,6 @@ where
     G: LieGroup<D, Scalar = f64>,
     E: Side,
 {
-    let (_, before) = E::around(belief.mean());
+    let (before, _) = E::around(belief.mean());
     belief.covariance().transformed(&before.inverse().adjoint())
 }
