@@ -7,6 +7,7 @@
 //! | [`lie`] | groups: Exp, Log, ⊞, ⊟, adjoints, every Jacobian on both sides | always, `no_std` |
 //! | [`uncertainty`] | uncertain elements: compose, relate, fuse, transform, judge; to fourth order, on both sides | always, `no_std` |
 //! | [`registration`] | clouds of points laid upon each other: in closed form where pairs are known, else by iterated closest points | always, `no_std` (`registration`: scans) |
+//! | [`camera`] | cameras: pinhole, fisheye, double sphere, Bundler's, stereo; their images and every derivative | always, `no_std` |
 //! | [`trajectory`] | curves, splines, kinematics, integrators, noise over time, inertial sensors | always, `no_std` |
 //! | [`filter`] | filters: one belief carried through motions and measurements, and whether it can be believed | always, `no_std` (`rand`: Monte Carlo) |
 //! | `graph` | factor graphs: the estimate that fits all measurements best, and how sure it is | `solve` (`parallel`: on all cores) |
@@ -17,6 +18,7 @@
 
 pub use nalgebra;
 
+pub mod camera;
 pub mod filter;
 #[cfg(feature = "solve")]
 pub mod graph;

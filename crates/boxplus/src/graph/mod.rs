@@ -50,8 +50,8 @@ pub use factor::{Factor, FactorId, MAX_ARITY, Variables, dual_jacobians};
 
 pub use crate::robust::{Kernel, KernelError};
 pub use factors::{
-    Bearing2, Bearing3, Between, Chart, Chordal, Difference, G2o, Log, Prior, Product, Range, Sighting2,
-    Sighting3,
+    Bearing2, Bearing3, Between, Chart, Chordal, Difference, G2o, Log, Prior, Product, Range, Reprojection,
+    ReprojectionOwn, ReprojectionShared, Sighting2, Sighting3,
 };
 #[cfg(feature = "io")]
 pub(crate) use factors::{isotropic_information, isotropic_weights};
@@ -68,7 +68,9 @@ pub use solve::{
     Termination,
 };
 pub use values::{Key, Values, VariableId};
-pub use variable::{GroupVariable, JacobianBlock, Located, TangentResidual, Variable, derivative};
+pub use variable::{
+    GroupVariable, ImageVariable, JacobianBlock, Located, TangentResidual, Variable, derivative,
+};
 
 use core::ops::ControlFlow;
 use std::collections::HashMap;

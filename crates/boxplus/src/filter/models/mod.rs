@@ -13,5 +13,5 @@ pub use inertial::{DeadReckoning, Imu, ImuNoise, Inertial, InertialState, STANDA
 pub use odometry::Odometry;
 pub use part::Part;
 pub use sightings::{PositionFix, Range, RangeBearing, Sighting, VectorSighting};
-pub use stereo::{StereoCamera, StereoSighting};
+pub use stereo::StereoSighting;
 pub use wheels::{DifferentialDrive, WheelTravel};

@@ -5,6 +5,7 @@ mod between;
 mod chart;
 mod prior;
 mod range;
+mod reprojection;
 mod sighting;
 
 pub use bearing::{Bearing2, Bearing3};
@@ -15,6 +16,7 @@ pub(crate) use chart::isotropic_weights;
 pub use chart::{Chart, Chordal, Difference, G2o, Log, Product};
 pub use prior::Prior;
 pub use range::Range;
+pub use reprojection::{Reprojection, ReprojectionOwn, ReprojectionShared};
 pub use sighting::{Sighting2, Sighting3};
 
 #[cfg(test)]
