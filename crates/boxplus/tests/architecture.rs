@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules in reading order.
-const ORDER: [&str; 10] = [
+const ORDER: [&str; 11] = [
     "lie",
     "uncertainty",
     "registration",
@@ -14,6 +14,7 @@ const ORDER: [&str; 10] = [
     "filter",
     "graph",
     "pose_graph",
+    "bundle_adjustment",
     "recording",
     "io",
 ];

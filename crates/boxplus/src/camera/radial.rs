@@ -80,9 +80,9 @@ pub(super) fn inverse<S: Real, const N: usize>(k: &[S; N], radius: S) -> Option<
             return Some(r - (r * g - radius) / (g + r * r * d * S::lit(2.0)));
         }
         if miss > 0.0 {
-            high = r
+            high = r;
         } else {
-            low = r
+            low = r;
         }
         let newton = r - miss / slope;
         r = if low < newton && newton < high { newton } else { 0.5 * (low + high.min(2.0 * r)) };
