@@ -208,8 +208,14 @@ fn settings(keywords: &Bound<'_, PyDict>) -> PyResult<SolveSettings> {
         match key.as_str() {
             "chart" => settings.chart = choice(value.extract()?)?,
             "initial" => {
-                let choices = [Initial::Auto, Initial::AsGiven, Initial::SpanningTree, Initial::Chordal]
-                    .map(|x| (x.name(), x));
+                let choices = [
+                    Initial::Auto,
+                    Initial::AsGiven,
+                    Initial::SpanningTree,
+                    Initial::Chordal,
+                    Initial::Grown,
+                ]
+                .map(|x| (x.name(), x));
                 settings.initial = named("initial", value.extract()?, &choices)?;
             }
             "robust" => {

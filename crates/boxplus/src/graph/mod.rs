@@ -55,7 +55,7 @@ pub use factors::{
 };
 #[cfg(feature = "io")]
 pub(crate) use factors::{isotropic_information, isotropic_weights};
-pub use initialise::{Initial, Initialisation};
+pub use initialise::{Growth, Initial, Initialisation};
 pub use marginals::Marginals;
 pub use names::{FactorName, VariableName};
 pub use noise::Noise;
@@ -250,6 +250,16 @@ impl Graph {
     pub fn marginals_of_minimum_norm(&self, values: &Values) -> Result<Marginals, GraphError> {
         self.check(values)?;
         Marginals::of_minimum_norm(&self.sets, values, &self.analyses)
+    }
+
+    /// The factors all of whose variables are known.
+    fn part(&self, knows: impl Fn(VariableId) -> bool) -> Self {
+        let part = |set: &dyn AnySet| {
+            let kinds: Vec<_> = set.kinds().iter().map(|kind| kind()).collect();
+            let id = |(&kind, &slot)| VariableId { kind, slot };
+            set.part(&|factor| kinds.iter().zip(set.slots(factor)).map(id).all(&knows))
+        };
+        Self { sets: self.sets.iter().map(AsRef::as_ref).map(part).collect(), analyses: Analyses::default() }
     }
 
     fn set_mut<F: Factor<R>, const R: usize>(&mut self) -> (usize, &mut FactorSet<F, R>) {
