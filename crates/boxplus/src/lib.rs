@@ -15,6 +15,9 @@
 //! | `io` | files: g2o, TORO, iSAM; TUM, EuRoC, KITTI, MRCLAM; point clouds in PLY, PCD, text and KITTI's binary | `io` |
 #![cfg_attr(not(feature = "std"), no_std)]
 
+#[cfg(test)]
+extern crate self as boxplus; // for files that tests within and without share
+
 pub use nalgebra;
 
 pub mod filter;
