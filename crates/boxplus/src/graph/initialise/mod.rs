@@ -6,6 +6,7 @@
 
 mod chordal;
 mod edges;
+mod inertial;
 mod spanning_tree;
 
 use core::fmt;
@@ -17,6 +18,7 @@ use super::values::State;
 use super::{Factor, Graph, GraphError, Key, Sighting2, Sighting3, Values, Variable, Variables, gauge};
 use crate::lie::{Action, Rn, SE2, SE3};
 use edges::{Edge, Pose};
+pub use inertial::inertial_start;
 
 /// How the first estimate is made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
