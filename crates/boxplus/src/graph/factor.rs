@@ -5,6 +5,7 @@ use core::fmt::Debug;
 
 use nalgebra::{SMatrix, SVector};
 
+use super::renewal::Renewed;
 use super::values::{Key, Values};
 use super::variable::{JacobianBlock, TangentResidual, Variable};
 use crate::lie::Real;
@@ -55,6 +56,15 @@ pub trait Factor<const R: usize>: Clone + Send + Sync + 'static {
         variables: &Self::Variables,
     ) -> (SVector<f64, R>, <Self::Variables as Variables>::Jacobians<R>) {
         (self.residual::<f64>(&variables.constant()), dual_jacobians(self, variables))
+    }
+
+    /// For a factor that was linearised about a value of its variables, as sums of inertial samples are about a bias: the same
+    /// measurement about `variables`. `None`, as here, where nothing was linearised. See [`Graph::renew`](super::Graph::renew).
+    fn renewed(&self, _variables: &Self::Variables) -> Option<Renewed<Self, R>>
+    where
+        Self: Sized,
+    {
+        None
     }
 }
 

@@ -4,6 +4,7 @@
 mod custom;
 mod dense;
 mod faults;
+mod inertial;
 mod landmarks;
 mod solve;
 mod uncertainty;

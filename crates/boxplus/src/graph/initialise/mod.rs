@@ -7,6 +7,7 @@
 mod chordal;
 mod edges;
 mod grow;
+mod inertial;
 mod landmarks;
 mod spanning_tree;
 
@@ -19,6 +20,7 @@ use super::{FactorId, Graph, GraphError, Key, Values, gauge};
 use crate::lie::{Rn, SE2, SE3};
 use edges::{Edge, Pose};
 pub use grow::Growth;
+pub use inertial::inertial_start;
 use landmarks::Observer;
 
 /// How the first estimate is made.
