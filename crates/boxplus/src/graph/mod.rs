@@ -52,7 +52,8 @@ pub use factor::{Factor, FactorId, MAX_ARITY, Variables, dual_jacobians};
 pub use crate::robust::{Kernel, KernelError};
 pub use factors::{
     Bearing2, Bearing3, Between, Chart, Chordal, Difference, G2o, Inertial, InertialUnderGravity, Log,
-    Position, Prior, Product, Range, Sighting2, Sighting3, Velocity,
+    Position, Prior, Product, Range, Reprojection, ReprojectionOwn, ReprojectionShared, Sighting2, Sighting3,
+    Velocity,
 };
 #[cfg(feature = "io")]
 pub(crate) use factors::{isotropic_information, isotropic_weights};
@@ -70,7 +71,9 @@ pub use solve::{
     Termination,
 };
 pub use values::{Key, Values, VariableId};
-pub use variable::{Carries, GroupVariable, JacobianBlock, Located, TangentResidual, Variable, derivative};
+pub use variable::{
+    Carries, GroupVariable, ImageVariable, JacobianBlock, Located, TangentResidual, Variable, derivative,
+};
 
 use core::ops::ControlFlow;
 use std::collections::HashMap;

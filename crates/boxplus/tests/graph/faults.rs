@@ -183,6 +183,7 @@ fn huge_and_tiny_units_do_not_change_the_answer() {
 }
 
 /// Of two numbers only the sum is known.
+#[derive(Clone)]
 struct Sum;
 impl Factor<1> for Sum {
     const NAME: &'static str = "sum";

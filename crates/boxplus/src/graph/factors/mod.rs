@@ -7,6 +7,7 @@ mod fix;
 mod inertial;
 mod prior;
 mod range;
+mod reprojection;
 mod sighting;
 
 pub use bearing::{Bearing2, Bearing3};
@@ -19,6 +20,7 @@ pub use fix::{Position, Velocity};
 pub use inertial::{Inertial, InertialUnderGravity};
 pub use prior::Prior;
 pub use range::Range;
+pub use reprojection::{Reprojection, ReprojectionOwn, ReprojectionShared};
 pub use sighting::{Sighting2, Sighting3};
 
 #[cfg(test)]

@@ -3,8 +3,9 @@
 use nalgebra::{SMatrix, SVector, Unit, Vector2, Vector3, Vector6, vector};
 
 use super::*;
+use crate::camera::{Pinhole, Snavely, Stereo, View};
 use crate::graph::{Factor, GroupVariable, JacobianBlock, Variables, dual_jacobians};
-use crate::lie::{LieGroup, Rn, S2, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
+use crate::lie::{Action, LieGroup, Rn, S2, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
 use crate::trajectory::{Imu, ImuBias, ImuNoise};
 
 /// Largest difference of the closed Jacobians from the dual ones, relative to their size.
@@ -169,6 +170,32 @@ fn a_sum_made_anew_is_the_sum_about_the_new_bias() {
     // What is left out is of second order.
     let [small, large] = [error(0.1), error(1.0)];
     assert!((large / small / 100.0 - 1.0).abs() < 0.2 && large > 0.01, "{small} {large}");
+}
+
+#[test]
+fn reprojections_have_exact_jacobians_before_the_camera_and_behind_it() {
+    let snavely = Snavely { focal: 400.0, distortion: [-0.1, 0.02] };
+    let pinhole =
+        Pinhole { distortion: [-0.2, 0.1, 1e-3, 2e-3, 0.0], ..Pinhole::new([400.0; 2], [320.0; 2]) };
+    let stereo = Stereo { focal: [400.0; 2], centre: [320.0; 2], baseline: 0.3 };
+    let sensor = SE3::exp(&Vector6::new(0.1, 0.2, 0.3, 0.5, -0.4, 0.3));
+    for x in &poses3() {
+        for p in [vector![0.3, -0.4, 2.0], vector![-0.5, 0.2, -3.0]] {
+            let point = Rn::new(x.act(&p));
+            let known =
+                Reprojection { camera: pinhole, pose_from_camera: sensor, measured: vector![300.0, 310.0] };
+            check("known camera", &known, &(*x, point));
+            check("pair", &Reprojection::new(stereo, vector![300.0, 310.0, 280.0, 310.0]), &(*x, point));
+            let shared = ReprojectionShared::<Pinhole, 2, 9>::new(vector![300.0, 310.0]);
+            check("shared camera", &shared, &(*x, point, pinhole));
+            let view = View { world_from_camera: *x, camera: snavely };
+            check(
+                "view",
+                &ReprojectionOwn::<View<Snavely, 3, 9>, 2, 9>::new(vector![30.0, 31.0]),
+                &(view, point),
+            );
+        }
+    }
 }
 
 #[test]
