@@ -104,8 +104,8 @@ pub(super) struct Line<'a> {
     at: usize,
     /// From 1.
     number: u32,
-    /// Fields taken.
-    pub(super) fields: u32,
+    /// Whether no field was taken yet.
+    is_first: bool,
     token: (usize, usize),
 }
 
@@ -133,19 +133,29 @@ impl<'a> Iterator for Lines<'a> {
         self.at = (end + 1).min(self.file.bytes.len());
         self.number = self.number.saturating_add(1);
         let token = (start, start);
-        Some(Line { file: self.file, start, end, at: start, number: self.number, fields: 0, token })
+        Some(Line { file: self.file, start, end, at: start, number: self.number, is_first: true, token })
     }
 }
 
 impl<'a> Line<'a> {
-    /// The next field; blanks, commas and semicolons are between fields.
+    /// The next field. Blanks, or a comma or semicolon, are between fields; there is an empty one before the first comma of a line
+    /// and between two, none after the last.
     pub(super) fn field(&mut self) -> Option<&'a [u8]> {
-        let apart = |b: &u8| b.is_ascii_whitespace() || matches!(b, b',' | b';');
+        let is_mark = |b: &u8| matches!(b, b',' | b';');
         let bytes = &self.file.bytes[..self.end];
-        let start = self.at + bytes[self.at..].iter().position(|b| !apart(b))?;
-        let end = bytes[start..].iter().position(apart).map_or(self.end, |n| start + n);
-        (self.at, self.token) = (end, (start, end));
-        self.fields += 1;
+        let visible = |from: usize| {
+            bytes[from..].iter().position(|b| !b.is_ascii_whitespace()).map_or(self.end, |n| from + n)
+        };
+        let mut start = visible(self.at);
+        if !self.is_first && bytes.get(start).is_some_and(is_mark) {
+            start = visible(start + 1);
+        }
+        if start == self.end {
+            return None;
+        }
+        let ends = |b: &u8| b.is_ascii_whitespace() || is_mark(b);
+        let end = bytes[start..].iter().position(ends).map_or(self.end, |n| start + n);
+        (self.at, self.token, self.is_first) = (end, (start, end), false);
         Some(&bytes[start..end])
     }
 
@@ -210,7 +220,7 @@ impl<'a> Line<'a> {
         }
     }
 
-    /// Where the line starts in the file.
+    /// Whether there is nothing to read.
     pub(super) fn is_comment_or_blank(&self) -> bool {
         let text = self.file.bytes[self.start..self.end].trim_ascii();
         text.is_empty() || text.starts_with(b"#") || text.starts_with(b"//")
