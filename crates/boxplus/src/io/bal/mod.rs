@@ -116,7 +116,7 @@ pub fn write(bundle: &Bundle) -> Result<String, WriteError> {
     let mut text = format!("{} {} {}\n", bundle.views.len(), bundle.points.len(), bundle.observations.len());
     // Writing to a string cannot fail.
     let mut line = |arguments: core::fmt::Arguments<'_>| {
-        let _ = text.write_fmt(arguments); // into a String: cannot fail
+        let _ = text.write_fmt(arguments);
     };
     for Observation { view, point, pixel, .. } in &bundle.observations {
         line(format_args!("{view} {point} {} {}\n", pixel.x, pixel.y));
