@@ -17,7 +17,7 @@ use boxplus::recording::{Course, Log, Score, Stamped};
 use boxplus::uncertainty::{Covariance, Gaussian};
 use boxplus_cli::draw::Run;
 use log::{DEGREES, Outcome, Report, Row};
-use nalgebra::{Matrix3, SMatrix, Vector3, Vector4, Vector6};
+use nalgebra::{Matrix3, Vector3, Vector4, Vector6};
 
 /// At the start: metres and radians.
 const START: f64 = 0.1;
@@ -40,14 +40,12 @@ pub(crate) fn run(folder: &Path) -> Outcome<Report> {
 
     let first = poses.first().ok_or("no pose")?;
     let start = Gaussian::<SE3, 6>::from_sigmas(first.value, &Vector6::repeat(START))?;
+    let speed_noise = Covariance::from_sigmas(&constants.speed_sigmas)?;
     let mut course = Course::smoothing(Ekf::iterated().gated(Gate::at(0.9999)), first.stamp_ns, start);
     course.follow(
         &speeds,
         &seen,
-        |speed: &Vector6<f64>, duration| {
-            let noise = SMatrix::from_diagonal(&(constants.speed_sigmas * duration));
-            (Odometry { noise: Covariance::unit().transformed(&noise) }, speed * duration)
-        },
+        |speed: &Vector6<f64>, duration| (Odometry { noise: speed_noise * duration }, speed * duration),
         |course, sighting| {
             course.update(sighting);
         },

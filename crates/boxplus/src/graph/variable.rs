@@ -7,8 +7,9 @@ use num_dual::{Derivative, DualSVec64};
 
 use crate::camera::{Camera, DoubleSphere, KannalaBrandt, Pinhole, Snavely, Stereo, View};
 use crate::lie::{
-    LieGroup, R3xSO3, Real, Rn, RxSO2, RxSO3, S2, S3, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3,
+    Action, LieGroup, R3xSO3, Real, Rn, RxSO2, RxSO3, S2, S3, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3,
 };
+use crate::trajectory::ImuBias;
 
 /// A variable of the graph: a point of a manifold with tangent space ℝᴰ, moved by X ⊞ δ on the local side.
 ///
@@ -92,6 +93,14 @@ pub trait Located<const N: usize>: Variable {
     fn position<S: Real>(x: &Self::Over<S>) -> SVector<S, N>;
     /// Its position and the N×D derivative on the local side.
     fn position_jac(&self) -> (SVector<f64, N>, Self::Jacobian<N>);
+}
+
+/// A variable that carries a body: points fixed to it stand in ℝᴺ. Planar and spatial poses, extended poses.
+pub trait Carries<const N: usize>: Located<N> {
+    /// X·p: the point `p` of the body, in metres of the parent frame.
+    fn carry<S: Real>(x: &Self::Over<S>, p: &SVector<S, N>) -> SVector<S, N>;
+    /// X·p and its N×D derivative on the local side.
+    fn carry_jac(&self, p: &SVector<f64, N>) -> (SVector<f64, N>, Self::Jacobian<N>);
 }
 
 /// A variable that has an image of points, R numbers: a camera of those in its own frame, a [`View`] of those of the world.
@@ -254,6 +263,23 @@ impl<const N: usize> Located<N> for Rn<N> {
     }
 }
 
+variable!(group ImuBias, ImuBias<S>, 6, "bias", &["gyroscope x", "gyroscope y", "gyroscope z", "accelerometer x", "accelerometer y", "accelerometer z"]);
+
+macro_rules! carries {
+    ($($pose:ident $n:literal),+) => {
+        $(impl Carries<$n> for $pose {
+            fn carry<S: Real>(x: &$pose<S>, p: &SVector<S, $n>) -> SVector<S, $n> {
+                x.act(p)
+            }
+            fn carry_jac(&self, p: &SVector<f64, $n>) -> (SVector<f64, $n>, Self::Jacobian<$n>) {
+                let (place, d_self, _) = self.act_jac(p);
+                (place, d_self)
+            }
+        })+
+    };
+}
+carries!(SE2 2, SE3 3, SE23 3);
+
 impl Located<2> for SE2 {
     fn position<S: Real>(x: &SE2<S>) -> SVector<S, 2> {
         x.translation()
@@ -273,6 +299,17 @@ impl Located<3> for SE3 {
         let mut jacobian = SMatrix::<f64, 3, 6>::zeros();
         jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&self.rotation().to_matrix());
         (self.translation(), jacobian)
+    }
+}
+
+impl Located<3> for SE23 {
+    fn position<S: Real>(x: &SE23<S>) -> SVector<S, 3> {
+        x.position()
+    }
+    fn position_jac(&self) -> (SVector<f64, 3>, SMatrix<f64, 3, 9>) {
+        let mut jacobian = SMatrix::<f64, 3, 9>::zeros();
+        jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&self.rotation().to_matrix());
+        (self.position(), jacobian)
     }
 }
 

@@ -8,8 +8,9 @@ mod sightings;
 mod stereo;
 mod wheels;
 
+pub use crate::trajectory::Imu;
 pub use attitude::{Attitude, Gyroscope};
-pub use inertial::{DeadReckoning, Imu, ImuNoise, Inertial, InertialState, STANDARD_GRAVITY, VelocityFix};
+pub use inertial::{DeadReckoning, ImuNoise, Inertial, InertialState, STANDARD_GRAVITY, VelocityFix};
 pub use odometry::Odometry;
 pub use part::Part;
 pub use sightings::{PositionFix, Range, RangeBearing, Sighting, VectorSighting};

@@ -3,6 +3,8 @@
 mod bearing;
 mod between;
 mod chart;
+mod fix;
+mod inertial;
 mod prior;
 mod range;
 mod reprojection;
@@ -14,6 +16,8 @@ pub use between::Between;
 pub(crate) use chart::isotropic_information;
 pub(crate) use chart::isotropic_weights;
 pub use chart::{Chart, Chordal, Difference, G2o, Log, Product};
+pub use fix::{Position, Velocity};
+pub use inertial::{Inertial, InertialUnderGravity};
 pub use prior::Prior;
 pub use range::Range;
 pub use reprojection::{Reprojection, ReprojectionOwn, ReprojectionShared};

@@ -138,12 +138,23 @@ impl<'a> Iterator for Lines<'a> {
 }
 
 impl<'a> Line<'a> {
-    /// The next field; blanks, commas and semicolons are between fields.
+    /// The next field. Blanks, or a comma or semicolon, are between fields; there is an empty one before the first comma of a line
+    /// and between two, none after the last.
     pub(in crate::io) fn field(&mut self) -> Option<&'a [u8]> {
-        let apart = |b: &u8| b.is_ascii_whitespace() || matches!(b, b',' | b';');
+        let is_mark = |b: &u8| matches!(b, b',' | b';');
         let bytes = &self.file.bytes[..self.end];
-        let start = self.at + bytes[self.at..].iter().position(|b| !apart(b))?;
-        let end = bytes[start..].iter().position(apart).map_or(self.end, |n| start + n);
+        let visible = |from: usize| {
+            bytes[from..].iter().position(|b| !b.is_ascii_whitespace()).map_or(self.end, |n| from + n)
+        };
+        let mut start = visible(self.at);
+        if self.fields > 0 && bytes.get(start).is_some_and(is_mark) {
+            start = visible(start + 1);
+        }
+        if start == self.end {
+            return None;
+        }
+        let ends = |b: &u8| b.is_ascii_whitespace() || is_mark(b);
+        let end = bytes[start..].iter().position(ends).map_or(self.end, |n| start + n);
         (self.at, self.token) = (end, (start, end));
         self.fields += 1;
         Some(&bytes[start..end])
@@ -220,7 +231,7 @@ impl<'a> Line<'a> {
         }
     }
 
-    /// Where the line starts in the file.
+    /// Whether there is nothing to read.
     pub(in crate::io) fn is_comment_or_blank(&self) -> bool {
         let text = self.file.bytes[self.start..self.end].trim_ascii();
         text.is_empty() || text.starts_with(b"#") || text.starts_with(b"//")

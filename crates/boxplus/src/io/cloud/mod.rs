@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | [PLY](CloudFormat::Ply) | ascii, binary little and big endian; x, y, z of the element `vertex`, all else passed over | first line `ply` |
 //! | [PCD](CloudFormat::Pcd) | ascii, binary, binary_compressed | a header with `FIELDS` and `DATA` |
-//! | [text](CloudFormat::Text) | XYZ and CSV: two or three numbers first in a line, apart by blanks, commas or semicolons; a header may name the columns x, y, z | anything else that is text |
+//! | [text](CloudFormat::Text) | XYZ and CSV: two or three numbers first in a line, apart by blanks, or by commas or semicolons, between which a field may be empty; a header may name the columns x, y, z | anything else that is text |
 //! | [KITTI](CloudFormat::Kitti) | `.bin`: 32-bit floats x, y, z, intensity; also x, y, z alone | a name in `.bin` |
 //!
 //! All may be packed by gzip. Points with a coordinate that is NaN or infinite, as sensors write where nothing came back, are
@@ -45,8 +45,8 @@ pub enum CloudFormat {
     Pcd,
     /// Numbers in lines: `.xyz`, `.csv`, `.txt`.
     Text,
-    /// Little-endian 32-bit floats without header. Four to a point (x, y, z, intensity) as in KITTI; three where the length of the
-    /// file is no multiple of four, or where a fourth number is no intensity from 0 to 255.
+    /// Little-endian 32-bit floats without header. Four to a point (x, y, z, intensity) as in KITTI; three where their number is no
+    /// multiple of four, or, if it is one of three, where a fourth number is no intensity from 0 to 255.
     Kitti,
 }
 
