@@ -39,6 +39,8 @@ mod minimum_norm;
 mod names;
 mod noise;
 mod set;
+#[cfg(feature = "rand")]
+mod simulations;
 mod solve;
 mod values;
 mod variable;
@@ -50,8 +52,8 @@ pub use factor::{Factor, FactorId, MAX_ARITY, Variables, dual_jacobians};
 
 pub use crate::robust::{Kernel, KernelError};
 pub use factors::{
-    Bearing2, Bearing3, Between, Chart, Chordal, Difference, G2o, Log, Prior, Product, Range, Sighting2,
-    Sighting3,
+    Bearing2, Bearing3, Between, CalibratedOdometry, Chart, Chordal, Difference, G2o, Log, Prior, Product,
+    Range, Sighting2, Sighting3,
 };
 #[cfg(feature = "io")]
 pub(crate) use factors::{isotropic_information, isotropic_weights};
@@ -59,6 +61,8 @@ pub use initialise::{Initial, Initialisation};
 pub use marginals::Marginals;
 pub use names::{FactorName, VariableName};
 pub use noise::Noise;
+#[cfg(feature = "rand")]
+pub use simulations::{BeaconDrive, Driven, Nees, Sees};
 #[cfg(feature = "io")]
 pub(crate) use solve::Pace;
 #[cfg(feature = "io")]

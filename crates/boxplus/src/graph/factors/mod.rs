@@ -3,6 +3,7 @@
 mod bearing;
 mod between;
 mod chart;
+mod odometry;
 mod prior;
 mod range;
 mod sighting;
@@ -13,6 +14,7 @@ pub use between::Between;
 pub(crate) use chart::isotropic_information;
 pub(crate) use chart::isotropic_weights;
 pub use chart::{Chart, Chordal, Difference, G2o, Log, Product};
+pub use odometry::CalibratedOdometry;
 pub use prior::Prior;
 pub use range::Range;
 pub use sighting::{Sighting2, Sighting3};

@@ -117,6 +117,35 @@ fn ranges_bearings_and_sightings_have_exact_jacobians() {
 }
 
 #[test]
+fn odometry_with_parameters_has_exact_jacobians() {
+    let (c2, c1) = (Rn::new(vector![0.2, -0.3]), Rn::new(vector![0.7]));
+    for x1 in &poses2() {
+        for x2 in &poses2() {
+            let measured = x2.rminus(x1) + vector![0.3, -0.1, 0.2];
+            check("bias", &CalibratedOdometry::<SE2, 3, 2>::biased(measured, [0, 2]), &(*x1, *x2, c2));
+            check("scale", &CalibratedOdometry::<SE2, 3, 1>::new(measured, measured), &(*x1, *x2, c1));
+        }
+    }
+    for x1 in &poses3() {
+        for x2 in &poses3() {
+            let measured = x2.rminus(x1) + Vector6::new(0.3, -0.1, 0.2, 0.1, 0.2, -0.4);
+            check("bias", &CalibratedOdometry::<SE3, 6, 2>::biased(measured, [0, 5]), &(*x1, *x2, c2));
+            check("scale", &CalibratedOdometry::<SE3, 6, 1>::new(measured, measured), &(*x1, *x2, c1));
+        }
+    }
+}
+
+#[test]
+fn a_bias_is_added_to_what_is_read() {
+    let (x, u, c) = (poses2()[1], vector![0.5, 0.1, 0.2], vector![0.05, 0.02]);
+    let read = vector![0.55, 0.1, 0.22];
+    let factor = CalibratedOdometry::<SE2, 3, 2>::biased(read, [0, 2]);
+    assert!(factor.residual_jac(&(x, x.rplus(&u), Rn::new(c))).0.amax() < 1e-15);
+    // A coordinate that there is not is the bias of nothing.
+    assert_eq!(CalibratedOdometry::<SE2, 3, 1>::biased(read, [3]).enters.amax(), 0.0);
+}
+
+#[test]
 fn every_chart_is_zero_at_its_measurement() {
     let (x1, x2) = (poses3()[3], poses3()[4]);
     let z = x1.between(&x2);
