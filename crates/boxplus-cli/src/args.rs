@@ -11,6 +11,7 @@ use clap_complete::Shell;
 
 use crate::choices::{Algorithm, Chart, Format, Gauge, Indefinite, Init, Robust, simulator};
 use crate::consistency::{self, Consistency};
+use crate::filter;
 use crate::pose;
 use crate::pose::args::Pose;
 
@@ -80,6 +81,9 @@ pub enum Verb {
     /// Calculate with uncertain poses: compose, invert, relate, fuse.
     #[command(after_help = pose::args::EXAMPLES)]
     Pose(Box<Pose>),
+    /// Follow what moves through the logs of its sensors.
+    #[command(after_help = filter::EXAMPLES)]
+    Filter(Box<filter::Options>),
     /// Try a filter on a simulation many times: can its covariance be believed?
     #[command(after_help = consistency::EXAMPLES)]
     Consistency(Consistency),
