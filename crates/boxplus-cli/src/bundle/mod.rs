@@ -100,7 +100,7 @@ fn refuse_what_is_for_graphs(options: &Solve) -> Result<(), Error> {
         ("--information", method.information != Indefinite::Reject),
         (
             "--robust with a search for false closures",
-            method.robust.as_ref().is_some_and(|r| r.doubts_closures()),
+            method.robust.as_ref().is_some_and(super::choices::Robust::doubts_closures),
         ),
     ];
     match given.iter().find(|(_, given)| *given) {
