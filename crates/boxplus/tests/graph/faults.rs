@@ -70,6 +70,7 @@ fn a_key_of_other_values_is_refused() {
 }
 
 /// A residual that is defined on one side only: log x.
+#[derive(Clone)]
 struct Logarithm;
 impl Factor<1> for Logarithm {
     const NAME: &'static str = "logarithm";
@@ -91,6 +92,7 @@ fn a_step_into_undefined_ground_is_rejected_not_fatal() {
 }
 
 /// Finite everywhere it is evaluated, but with an infinite slope at zero: √x.
+#[derive(Clone)]
 struct Root;
 impl Factor<1> for Root {
     const NAME: &'static str = "root";
@@ -181,6 +183,7 @@ fn huge_and_tiny_units_do_not_change_the_answer() {
 }
 
 /// Of two numbers only the sum is known.
+#[derive(Clone)]
 struct Sum;
 impl Factor<1> for Sum {
     const NAME: &'static str = "sum";

@@ -13,7 +13,7 @@ pub use pairwise::{Pairwise, Selection};
 use super::problem::{Problem, with_values};
 use super::{PoseGraphError, SolveSettings};
 use crate::graph::{
-    FactorId, Graduation, GraphError, Initial, Initialisation, Iteration, Kernel, Pace, Solution,
+    FactorId, Graduation, GraphError, Growth, Initial, Initialisation, Iteration, Kernel, Pace, Solution,
     SolveOptions, Values,
 };
 use crate::pose_graph::PoseGraph;
@@ -91,9 +91,11 @@ pub(super) fn first_estimate(
     graph: &PoseGraph,
     problem: &Problem,
     settings: &SolveSettings,
+    observer: &mut dyn FnMut(Growth) -> ControlFlow<()>,
 ) -> Result<Start, GraphError> {
-    let usual = || {
-        let initialisation = problem.factors.initialise(&problem.values, settings.initial)?;
+    let mut usual = || {
+        let initialisation =
+            problem.factors.initialise_observed(&problem.values, settings.initial, observer)?;
         Ok(Start { initialisation, untouched: false })
     };
     if settings.initial != Initial::Auto || !settings.doubts_closures() {
