@@ -89,6 +89,8 @@ pub enum Init {
     SpanningTree,
     /// Rotations by relaxation to matrices, then positions, both linear
     Chordal,
+    /// The map as it grew, piece by piece, where landmarks close loops
+    Grown,
 }
 
 impl Init {
@@ -99,6 +101,7 @@ impl Init {
             Self::File => graph::Initial::AsGiven,
             Self::SpanningTree => graph::Initial::SpanningTree,
             Self::Chordal => graph::Initial::Chordal,
+            Self::Grown => graph::Initial::Grown,
         }
     }
 }

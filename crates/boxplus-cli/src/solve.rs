@@ -20,7 +20,7 @@ use crate::interrupt;
 use crate::output::{self, Console};
 use crate::plot::{self, Picture};
 use crate::progress::Progress;
-use crate::text::significant;
+use crate::text::{grouped, significant};
 
 /// Reads, optimises, reports and writes.
 pub fn run(options: &Solve, global: &Global, console: Console) -> Result<Outcome, Error> {
@@ -145,6 +145,14 @@ fn optimise(
     let (mut steps, factor) = (0, settings.chart.factor());
     let observe = &mut |event: Event<'_>| {
         match event {
+            Event::Growing(map) => {
+                progress.now(format!(
+                    "growing the map: {} of {} poses, cost {}",
+                    grouped(map.poses),
+                    grouped(map.of),
+                    significant(factor * map.cost, 6)
+                ));
+            }
             Event::Initialised(_, cost) => {
                 progress.now(format!("optimising from cost {}", significant(cost, 6)));
             }

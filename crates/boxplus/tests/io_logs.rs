@@ -9,10 +9,7 @@ use boxplus::io::{
     read_log, read_mrclam_barcodes, read_mrclam_groundtruth, read_mrclam_landmarks, read_mrclam_measurements,
     read_mrclam_odometry, read_positions, read_tum,
 };
-use boxplus::lie::{LieGroup, SE3};
-use boxplus::recording::{Log, Oddity, Stamped, part_of};
-use boxplus::uncertainty::Gaussian;
-use nalgebra::vector;
+use boxplus::recording::{Log, Oddity};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -283,16 +280,4 @@ fn public_logs_are_read_whole() {
     });
     let sightings: usize = robots.sum();
     assert!(sightings == 0 || sightings == 19377, "{sightings}");
-}
-
-#[test]
-fn a_belief_is_the_same_from_either_side() {
-    let mean = SE3::exp(&vector![40.0, -7.0, 2.0, 0.3, -0.8, 1.1]);
-    let local = Gaussian::<SE3, 6>::from_sigmas(mean, &vector![0.1, 0.2, 0.3, 0.01, 0.02, 0.03]).unwrap();
-    let at = |value| Stamped { stamp_ns: 0, value };
-    let seen = part_of::<_, SE3, _, 6, 6>(&[at(local)], |x| *x, 0)[0].value;
-    assert_eq!(seen.covariance().matrix(), local.covariance().matrix());
-    let global = [Stamped { stamp_ns: 0, value: local.to_global() }];
-    let seen = part_of::<_, SE3, _, 6, 6>(&global, |x| *x, 0)[0].value;
-    assert!((seen.covariance().matrix() - local.covariance().matrix()).amax() < 1e-12);
 }

@@ -52,12 +52,12 @@ pub use factor::{Factor, FactorId, MAX_ARITY, Variables, dual_jacobians};
 pub use crate::robust::{Kernel, KernelError};
 pub use factors::{
     Bearing2, Bearing3, Between, Chart, Chordal, Difference, G2o, Inertial, InertialUnderGravity,
-    Interpolated, Log, MotionPrior, OnSpline, Position, Prior, Product, Range, Sighting2, Sighting3,
-    SplineImu, Velocity,
+    Interpolated, Log, MotionPrior, OnSpline, Position, Prior, Product, Range, Reprojection, ReprojectionOwn,
+    ReprojectionShared, Sighting2, Sighting3, SplineImu, Velocity,
 };
 #[cfg(feature = "io")]
 pub(crate) use factors::{isotropic_information, isotropic_weights};
-pub use initialise::{Initial, Initialisation, inertial_start};
+pub use initialise::{Growth, Initial, Initialisation, inertial_start};
 pub use marginals::Marginals;
 pub use names::{FactorName, VariableName};
 pub use noise::Noise;
@@ -71,7 +71,9 @@ pub use solve::{
     Termination,
 };
 pub use values::{Key, Values, VariableId};
-pub use variable::{Carries, GroupVariable, JacobianBlock, Located, TangentResidual, Variable, derivative};
+pub use variable::{
+    Carries, GroupVariable, ImageVariable, JacobianBlock, Located, TangentResidual, Variable, derivative,
+};
 
 use core::ops::ControlFlow;
 use std::collections::HashMap;
@@ -277,6 +279,16 @@ impl Graph {
     pub fn marginals_of_minimum_norm(&self, values: &Values) -> Result<Marginals, GraphError> {
         self.check(values)?;
         Marginals::of_minimum_norm(&self.sets, values, &self.analyses)
+    }
+
+    /// The factors all of whose variables are known.
+    fn part(&self, knows: impl Fn(VariableId) -> bool) -> Self {
+        let part = |set: &dyn AnySet| {
+            let kinds: Vec<_> = set.kinds().iter().map(|kind| kind()).collect();
+            let id = |(&kind, &slot)| VariableId { kind, slot };
+            set.part(&|factor| kinds.iter().zip(set.slots(factor)).map(id).all(&knows))
+        };
+        Self { sets: self.sets.iter().map(AsRef::as_ref).map(part).collect(), analyses: Analyses::default() }
     }
 
     fn set_mut<F: Factor<R>, const R: usize>(&mut self) -> (usize, &mut FactorSet<F, R>) {

@@ -136,6 +136,8 @@ pub(crate) trait AnySet: Any + Send + Sync {
     );
     /// Adds what [`Self::linearise`] wrote to the normal equations, factor by factor.
     fn scatter(&self, range: Range<usize>, parts: &[f64], plan: &SetPlan, normal: &mut Normal);
+    /// The factors that are to be kept, in a set of their own.
+    fn part(&self, keep: &dyn Fn(usize) -> bool) -> Box<dyn AnySet>;
     fn set_kernel(&mut self, kernel: Kernel);
     fn set_kernel_of(&mut self, index: usize, kernel: Kernel);
     /// A kernel whose scale makes no sense.
@@ -263,6 +265,14 @@ impl<F: Factor<R>, const R: usize> AnySet for FactorSet<F, R> {
         for (index, part) in range.zip(parts.chunks_exact(stride(F::Variables::DIMS))) {
             plan.scatter(index, F::Variables::DIMS, part, normal);
         }
+    }
+    fn part(&self, keep: &dyn Fn(usize) -> bool) -> Box<dyn AnySet> {
+        let mut part = Self::new();
+        for index in (0..self.len()).filter(|&index| keep(index)) {
+            let (factor, noise) = (self.factors[index].clone(), self.noises[index]);
+            part.push(self.slots[index], factor, noise, self.kernels[index]);
+        }
+        Box::new(part)
     }
     fn set_kernel(&mut self, kernel: Kernel) {
         self.kernels.fill(kernel);

@@ -16,7 +16,7 @@
 //! (R = 3) Hermite polynomial.
 
 use super::chain::scaled_identity;
-use super::error::{check_duration, check_ways};
+use super::error::{check_duration, check_finite, check_ways};
 use super::{Motion, TrajectoryError};
 use crate::lie::second_order::right_jacobian_product_derivative;
 use crate::lie::{Jacobian, LieGroup, Real, Tangent};
@@ -106,11 +106,17 @@ impl<G: LieGroup<D>, const D: usize, const R: usize> GaussianProcess<G, D, R> {
     /// From one state to the next, `duration` later.
     ///
     /// # Errors
-    /// [`TrajectoryError::NotADuration`], [`TrajectoryError::NotFinite`], or [`TrajectoryError::Ambiguous`] where the states
-    /// are half a turn apart.
+    /// [`TrajectoryError::NotADuration`], [`TrajectoryError::NotFinite`] (what is read of the first state, 0, or the second, 1), or
+    /// [`TrajectoryError::Ambiguous`] where the states are half a turn apart.
     pub fn new(from: Motion<G, D>, to: Motion<G, D>, duration: G::Scalar) -> Result<Self, TrajectoryError> {
         check_duration(duration)?;
         check_ways(&[from.value, to.value])?;
+        for (index, state) in [&from, &to].into_iter().enumerate() {
+            check_finite(&state.velocity, index)?;
+            if R == 3 {
+                check_finite(&state.acceleration, index)?;
+            }
+        }
         Ok(Self::unchecked(from, to, duration))
     }
 

@@ -6,6 +6,7 @@ mod custom;
 mod dense;
 mod faults;
 mod inertial;
+mod landmarks;
 mod solve;
 mod uncertainty;
 mod world;

@@ -14,5 +14,5 @@ pub use inertial::{DeadReckoning, ImuNoise, Inertial, InertialState, STANDARD_GR
 pub use odometry::Odometry;
 pub use part::Part;
 pub use sightings::{PositionFix, Range, RangeBearing, Sighting, VectorSighting};
-pub use stereo::{StereoCamera, StereoSighting};
+pub use stereo::StereoSighting;
 pub use wheels::{DifferentialDrive, WheelTravel};

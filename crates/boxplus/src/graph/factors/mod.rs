@@ -8,6 +8,7 @@ mod fix;
 mod inertial;
 mod prior;
 mod range;
+mod reprojection;
 mod sighting;
 mod spline;
 
@@ -22,6 +23,7 @@ pub use fix::{Position, Velocity};
 pub use inertial::{Inertial, InertialUnderGravity};
 pub use prior::Prior;
 pub use range::Range;
+pub use reprojection::{Reprojection, ReprojectionOwn, ReprojectionShared};
 pub use sighting::{Sighting2, Sighting3};
 pub use spline::{OnSpline, SplineImu};
 

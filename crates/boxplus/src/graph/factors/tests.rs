@@ -3,8 +3,9 @@
 use nalgebra::{SMatrix, SVector, Unit, Vector2, Vector3, Vector6, vector};
 
 use super::*;
+use crate::camera::{Pinhole, Snavely, Stereo, View};
 use crate::graph::{Factor, GroupVariable, JacobianBlock, Variables, dual_jacobians};
-use crate::lie::{LieGroup, Rn, S2, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
+use crate::lie::{Action, LieGroup, Rn, S2, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
 use crate::trajectory::{Imu, ImuBias, ImuNoise, Moving};
 use crate::uncertainty::Covariance;
 
@@ -286,6 +287,32 @@ fn landmarks_and_inertial_readings_in_continuous_time_have_the_jacobians_of_diff
         let reading = [Vector3::new(0.1, 0.2, 0.3), Vector3::new(0.3, 0.1, 9.0)];
         let imu = SplineImu::new(reading, 0.3, 0.5, Vector3::new(0.1, 0.2, -9.8)).unwrap();
         check_differences("inertial reading", &imu, &(a, b, c, d, ImuBias::exp(&tangent(k, 0.1))));
+    }
+}
+
+#[test]
+fn reprojections_have_exact_jacobians_before_the_camera_and_behind_it() {
+    let snavely = Snavely { focal: 400.0, distortion: [-0.1, 0.02] };
+    let pinhole =
+        Pinhole { distortion: [-0.2, 0.1, 1e-3, 2e-3, 0.0], ..Pinhole::new([400.0; 2], [320.0; 2]) };
+    let stereo = Stereo { focal: [400.0; 2], centre: [320.0; 2], baseline: 0.3 };
+    let sensor = SE3::exp(&Vector6::new(0.1, 0.2, 0.3, 0.5, -0.4, 0.3));
+    for x in &poses3() {
+        for p in [vector![0.3, -0.4, 2.0], vector![-0.5, 0.2, -3.0]] {
+            let point = Rn::new(x.act(&p));
+            let known =
+                Reprojection { camera: pinhole, pose_from_camera: sensor, measured: vector![300.0, 310.0] };
+            check("known camera", &known, &(*x, point));
+            check("pair", &Reprojection::new(stereo, vector![300.0, 310.0, 280.0, 310.0]), &(*x, point));
+            let shared = ReprojectionShared::<Pinhole, 2, 9>::new(vector![300.0, 310.0]);
+            check("shared camera", &shared, &(*x, point, pinhole));
+            let view = View { world_from_camera: *x, camera: snavely };
+            check(
+                "view",
+                &ReprojectionOwn::<View<Snavely, 3, 9>, 2, 9>::new(vector![30.0, 31.0]),
+                &(view, point),
+            );
+        }
     }
 }
 
