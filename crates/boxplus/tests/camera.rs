@@ -1,5 +1,4 @@
 //! Camera models against dual numbers, against themselves backwards, and against OpenCV.
-#![cfg(feature = "autodiff")]
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use boxplus::camera::{Camera, DoubleSphere, KannalaBrandt, Pinhole, Snavely, Stereo, Unseen, View};

@@ -1,6 +1,6 @@
 //! Bundles whose truth is known.
 //!
-//! Points lie on walls and are seen by the nearest views that face them:
+//! Points lie on walls and are seen by the nearest views that face them, at least two:
 //!
 //! ```text
 //! z = π(X_v⁻¹·l_p) + ε      ε ~ N(0, σ²I)      within the image of 1280 × 960 pixels, f ≈ 800, k₁ ≈ −0.05, k₂ ≈ 0.01
@@ -61,9 +61,9 @@ impl World {
         options.check()?;
         let rng = &mut ChaCha8Rng::seed_from_u64(options.seed);
         let scene = match self {
-            Self::Ring => ring(options, rng),
-            Self::Street => street(options, rng),
-            Self::City => city(options, rng),
+            Self::Ring => ring(options),
+            Self::Street => street(options),
+            Self::City => city(options),
         };
         Ok(photograph(&scene, options, rng))
     }
@@ -168,10 +168,16 @@ pub struct Simulated {
 
 /// Half the image, in pixels.
 const HALF: [f64; 2] = [640.0, 480.0];
-/// Poses and points of walls with their normals.
+/// Draws of a point before it is kept though fewer than two views see it.
+const DRAWS: usize = 1000;
+
+/// A point of a wall and the normal there.
+type Place = (Vector3<f64>, Vector3<f64>);
+
+/// Where pictures are taken, and how a point of a wall is drawn.
 struct Scene {
     poses: Vec<SE3>,
-    walls: Vec<(Vector3<f64>, Vector3<f64>)>,
+    wall: Box<dyn Fn(&mut ChaCha8Rng) -> Place>,
 }
 
 /// The pose at `place` of a camera that looks along −z of its own frame towards `ahead`, the sky upwards.
@@ -184,39 +190,39 @@ fn looking(place: Vector3<f64>, ahead: &Vector3<f64>) -> SE3 {
 }
 
 /// A bumpy ball of 2 m and views 6 m around it.
-fn ring(options: &Options, rng: &mut ChaCha8Rng) -> Scene {
+fn ring(options: &Options) -> Scene {
     let poses = (0..options.views).map(|i| {
         let (sin, cos) = (TAU * i as f64 / options.views as f64).sin_cos();
         let place = vector![6.0 * cos, 6.0 * sin, 1.0 + (7.0 * sin).sin()];
         looking(place, &-place)
     });
-    let walls = (0..options.points).map(|_| {
+    let wall = move |rng: &mut ChaCha8Rng| {
         let z: f64 = rng.random_range(-0.9..0.9);
         let (sin, cos) = rng.random_range(0.0..TAU).sin_cos();
         let normal = vector![cos * (1.0 - z * z).sqrt(), sin * (1.0 - z * z).sqrt(), z];
         (normal * (2.0 + 0.2 * (9.0 * z + 4.0 * sin).sin()), normal)
-    });
-    Scene { poses: poses.collect(), walls: walls.collect() }
+    };
+    Scene { poses: poses.collect(), wall: Box::new(wall) }
 }
 
 /// Houses on both sides of 2 m a view, 8 m from the middle, and views that look ahead to either side by turns.
-fn street(options: &Options, rng: &mut ChaCha8Rng) -> Scene {
+fn street(options: &Options) -> Scene {
     let length = 2.0 * options.views as f64;
     let poses = (0..options.views).map(|i| {
         let side = if i % 2 == 0 { 1.0 } else { -1.0 };
-        looking(vector![2.0 * i as f64, 0.2 * (0.3 * i as f64).sin(), 1.7], &vector![1.0, 0.9 * side, 0.1])
+        looking(vector![2.0 * i as f64, 0.2 * (0.3 * i as f64).sin(), 1.7], &vector![1.0, 0.35 * side, 0.1])
     });
-    let walls = (0..options.points).map(|_| {
+    let wall = move |rng: &mut ChaCha8Rng| {
         let side = if rng.random_bool(0.5) { 1.0 } else { -1.0 };
         let depth = 8.0 + rng.random_range(0.0..1.0);
         let place = vector![rng.random_range(2.0..length + 14.0), side * depth, rng.random_range(0.0..9.0)];
         (place, vector![0.0, -side, 0.0])
-    });
-    Scene { poses: poses.collect(), walls: walls.collect() }
+    };
+    Scene { poses: poses.collect(), wall: Box::new(wall) }
 }
 
 /// Blocks of 30 m, streets of 16 m, and a drive along every street of one direction, then of the other.
-fn city(options: &Options, rng: &mut ChaCha8Rng) -> Scene {
+fn city(options: &Options) -> Scene {
     const PITCH: f64 = 46.0;
     let streets = ((options.views as f64).sqrt() / 3.0).ceil().max(2.0);
     let (extent, lanes) = ((streets - 1.0) * PITCH, 2.0 * streets);
@@ -224,7 +230,7 @@ fn city(options: &Options, rng: &mut ChaCha8Rng) -> Scene {
     let poses = (0..options.views).map(|i| {
         let travelled = (i as f64 + 0.5) * pace;
         let (lane, along) = ((travelled / extent).floor(), travelled % extent);
-        let side = if i % 2 == 0 { 0.8 } else { -0.8 };
+        let side = if i % 2 == 0 { 0.35 } else { -0.35 };
         let across = (lane % streets) * PITCH;
         if lane < streets {
             looking(vector![along, across, 1.7], &vector![1.0, side, 0.1])
@@ -232,7 +238,7 @@ fn city(options: &Options, rng: &mut ChaCha8Rng) -> Scene {
             looking(vector![across, along, 1.7], &vector![side, 1.0, 0.1])
         }
     });
-    let walls = (0..options.points).map(|_| {
+    let wall = move |rng: &mut ChaCha8Rng| {
         let corner = [0, 1].map(|_| rng.random_range(0.0..streets - 1.0).floor() * PITCH + 8.0);
         let (along, height) = (rng.random_range(0.0..30.0), rng.random_range(0.0..9.0));
         let (far, swapped) = (rng.random_bool(0.5), rng.random_bool(0.5));
@@ -244,8 +250,8 @@ fn city(options: &Options, rng: &mut ChaCha8Rng) -> Scene {
         } else {
             (place, normal)
         }
-    });
-    Scene { poses: poses.collect(), walls: walls.collect() }
+    };
+    Scene { poses: poses.collect(), wall: Box::new(wall) }
 }
 
 /// Pictures of a scene: what every point's nearest views see of it, with noise, and a start beside the truth.
@@ -259,18 +265,34 @@ fn photograph(scene: &Scene, options: &Options, rng: &mut ChaCha8Rng) -> Simulat
             View { world_from_camera, camera: Snavely { focal, distortion } }
         })
         .collect();
-    let mut observations = vec![];
-    for (point, (place, facing)) in scene.walls.iter().enumerate() {
-        for (view, pixel) in sightings(&views, place, facing, options.track) {
+    let (mut points, mut observations) = (vec![], vec![]);
+    for point in 0..options.points as u32 {
+        let (place, seen) = landmark(scene, &views, options.track, rng);
+        for (view, pixel) in seen {
             let noise = options.sigma * vector![normal(rng), normal(rng)];
             let anywhere = HALF.map(|half| rng.random_range(-half..half));
             let pixel = if rng.random_bool(options.outliers) { anywhere.into() } else { pixel + noise };
-            observations.push(Observation { view: view as u32, point: point as u32, pixel, line: Line(0) });
+            observations.push(Observation { view: view as u32, point, pixel, line: Line(0) });
         }
+        points.push(place);
     }
-    let points = scene.walls.iter().map(|(place, _)| *place).collect();
     let truth = Bundle { views, points, observations };
     Simulated { bundle: displaced(&truth, options.start, rng), truth }
+}
+
+/// A point that at least two views see, and where they do.
+fn landmark(
+    scene: &Scene,
+    views: &[BalView],
+    track: usize,
+    rng: &mut ChaCha8Rng,
+) -> (Vector3<f64>, Vec<(usize, Vector2<f64>)>) {
+    let mut draw = || {
+        let (place, facing) = (scene.wall)(rng);
+        (place, sightings(views, &place, &facing, track))
+    };
+    let drawn = (1..DRAWS).map(|_| draw()).find(|(_, seen)| seen.len() > 1);
+    drawn.unwrap_or_else(draw)
 }
 
 /// The nearest views that face a point of a wall and have it in the image, in their order.

@@ -219,15 +219,21 @@ pub enum IoErrorKind {
         /// What should follow.
         expected: &'static str,
     },
-    /// A number of a thing that does not exist.
-    #[error("there is no {what} {number}: the header promises {count}, counted from 0")]
-    NoSuchNumber {
-        /// Of what.
-        what: &'static str,
-        /// The number.
-        number: usize,
+    /// An observation by a camera that does not exist.
+    #[error("there is no camera {number}: the header promises {count}, counted from 0")]
+    NoSuchCamera {
+        /// Its number.
+        number: u32,
         /// How many there are.
-        count: usize,
+        count: u32,
+    },
+    /// An observation of a point that does not exist.
+    #[error("there is no point {number}: the header promises {count}, counted from 0")]
+    NoSuchPoint {
+        /// Its number.
+        number: u32,
+        /// How many there are.
+        count: u32,
     },
 }
 
@@ -279,7 +285,7 @@ impl IoError {
             IoErrorKind::GzipCorrupt => "fetch or copy the file again; `gzip -t` must accept it".into(),
             IoErrorKind::Bzip2Corrupt => "fetch or copy the file again; `bzip2 -t` must accept it".into(),
             IoErrorKind::EndsEarly { .. } => "fetch or copy the file again; it was cut off, or its first line is wrong".into(),
-            IoErrorKind::NoSuchNumber { .. } => {
+            IoErrorKind::NoSuchCamera { .. } | IoErrorKind::NoSuchPoint { .. } => {
                 "the first line of the file must say: cameras points observations; all numbers count from 0".into()
             }
             IoErrorKind::NotText { .. } => {

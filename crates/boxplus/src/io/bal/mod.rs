@@ -115,20 +115,20 @@ pub fn write(bundle: &Bundle) -> Result<String, WriteError> {
     check(bundle)?;
     let mut text = format!("{} {} {}\n", bundle.views.len(), bundle.points.len(), bundle.observations.len());
     // Writing to a string cannot fail.
-    let mut line = |arguments: core::fmt::Arguments<'_>| {
-        let _ = text.write_fmt(arguments);
-    };
     for Observation { view, point, pixel, .. } in &bundle.observations {
-        line(format_args!("{view} {point} {} {}\n", pixel.x, pixel.y));
+        let _ = writeln!(text, "{view} {point} {} {}", pixel.x, pixel.y);
     }
     for view in &bundle.views {
         let camera_from_world = view.world_from_camera.inverse();
         let (r, t) = (camera_from_world.rotation().log(), camera_from_world.translation());
         let [k1, k2] = view.camera.distortion;
-        let numbers = r.iter().chain(t.iter()).chain([&view.camera.focal, &k1, &k2]);
-        numbers.for_each(|x| line(format_args!("{x:e}\n")));
+        for x in r.iter().chain(t.iter()).chain([&view.camera.focal, &k1, &k2]) {
+            let _ = writeln!(text, "{x:e}");
+        }
     }
-    bundle.points.iter().flat_map(Vector3::iter).for_each(|x| line(format_args!("{x:e}\n")));
+    for x in bundle.points.iter().flat_map(Vector3::iter) {
+        let _ = writeln!(text, "{x:e}");
+    }
     Ok(text)
 }
 
@@ -181,18 +181,28 @@ impl<'a> Numbers<'a> {
         Ok(numbers)
     }
 
-    /// The number of a thing of which there are `count`.
-    fn index(&mut self, what: &'static str, count: usize) -> Result<u32, IoError> {
+    /// The number of a thing of which there are `count`; `missing` says what is wrong with any other.
+    fn index(
+        &mut self,
+        what: &'static str,
+        count: usize,
+        missing: fn(u32, u32) -> IoErrorKind,
+    ) -> Result<u32, IoError> {
         self.next(what, |line| match line.whole(what)? {
             number if number < count => Ok(number as u32),
-            number => Err(line.fail(IoErrorKind::NoSuchNumber { what, number, count }, "")),
+            number => {
+                let [number, count] = [number, count].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
+                Err(line.fail(missing(number, count), ""))
+            }
         })
     }
 
     fn observation(&mut self, views: usize, points: usize) -> Result<Observation, IoError> {
-        let view = self.index("camera", views)?;
+        let view =
+            self.index("camera", views, |number, count| IoErrorKind::NoSuchCamera { number, count })?;
         let line = self.line.as_ref().map_or(0, Line::number);
-        let point = self.index("point", points)?;
+        let point =
+            self.index("point", points, |number, count| IoErrorKind::NoSuchPoint { number, count })?;
         let pixel = self.finite(&["u", "v"])?.into();
         Ok(Observation { view, point, pixel, line: bundle_adjustment::Line(line) })
     }
