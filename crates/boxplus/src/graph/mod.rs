@@ -51,9 +51,9 @@ pub use factor::{Factor, FactorId, MAX_ARITY, Variables, dual_jacobians};
 
 pub use crate::robust::{Kernel, KernelError};
 pub use factors::{
-    Bearing2, Bearing3, Between, Chart, Chordal, Difference, G2o, Inertial, InertialUnderGravity, Log,
-    Position, Prior, Product, Range, Reprojection, ReprojectionOwn, ReprojectionShared, Sighting2, Sighting3,
-    Velocity,
+    Bearing2, Bearing3, Between, Chart, Chordal, Difference, G2o, Inertial, InertialUnderGravity,
+    Interpolated, Log, MotionPrior, OnSpline, Position, Prior, Product, Range, Reprojection, ReprojectionOwn,
+    ReprojectionShared, Sighting2, Sighting3, SplineImu, Velocity,
 };
 #[cfg(feature = "io")]
 pub(crate) use factors::{isotropic_information, isotropic_weights};

@@ -1,6 +1,7 @@
 //! The factor graph, seen from outside.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod continuous;
 mod custom;
 mod dense;
 mod faults;
