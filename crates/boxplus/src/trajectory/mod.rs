@@ -43,7 +43,7 @@ pub use error::TrajectoryError;
 pub use gaussian_process::{
     GaussianProcess, StateJac, gp_covariance, gp_information, gp_interpolation, gp_transition,
 };
-pub use imu::{ImuBias, ImuNoise, Preintegration};
+pub use imu::{Imu, ImuBias, ImuNoise, Preintegration};
 pub use integrate::Integrator;
 pub use kinematics::{
     body_velocity, global_error_dynamics, global_error_integral, global_error_transition,

@@ -4,6 +4,8 @@
 mod custom;
 mod dense;
 mod faults;
+mod inertial;
+mod landmarks;
 mod solve;
 mod uncertainty;
 mod world;

@@ -3,8 +3,11 @@
 mod bearing;
 mod between;
 mod chart;
+mod fix;
+mod inertial;
 mod prior;
 mod range;
+mod reprojection;
 mod sighting;
 
 pub use bearing::{Bearing2, Bearing3};
@@ -13,8 +16,11 @@ pub use between::Between;
 pub(crate) use chart::isotropic_information;
 pub(crate) use chart::isotropic_weights;
 pub use chart::{Chart, Chordal, Difference, G2o, Log, Product};
+pub use fix::{Position, Velocity};
+pub use inertial::{Inertial, InertialUnderGravity};
 pub use prior::Prior;
 pub use range::Range;
+pub use reprojection::{Reprojection, ReprojectionOwn, ReprojectionShared};
 pub use sighting::{Sighting2, Sighting3};
 
 #[cfg(test)]

@@ -3,8 +3,10 @@
 use nalgebra::{SMatrix, SVector, Unit, Vector2, Vector3, Vector6, vector};
 
 use super::*;
+use crate::camera::{Pinhole, Snavely, Stereo, View};
 use crate::graph::{Factor, GroupVariable, JacobianBlock, Variables, dual_jacobians};
-use crate::lie::{LieGroup, Rn, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
+use crate::lie::{Action, LieGroup, Rn, S2, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
+use crate::trajectory::{Imu, ImuBias, ImuNoise};
 
 /// Largest difference of the closed Jacobians from the dual ones, relative to their size.
 fn check<const R: usize, F: Factor<R>>(name: &str, factor: &F, variables: &F::Variables)
@@ -114,6 +116,86 @@ fn ranges_bearings_and_sightings_have_exact_jacobians() {
     }
     // Exactly at right angles to the measured direction, where atan(y/x) divides by zero.
     check("bearing abeam", &Bearing2::new(0.0), &(SE2::identity(), Rn::new(vector![0.0, 4.0])));
+}
+
+/// Half a second of rough motion.
+fn samples() -> Vec<Imu> {
+    let wave = |i: usize, k: usize| ((3 * i + 5 * k) as f64).sin();
+    let sample = |i| Imu {
+        gyroscope: Vector3::from_fn(|k, _| 1.5 * wave(i, k)),
+        accelerometer: Vector3::from_fn(|k, _| 4.0 * wave(i + 7, k)),
+        duration: 0.01,
+    };
+    (0..50).map(sample).collect()
+}
+
+#[test]
+fn inertial_factors_and_fixes_have_exact_jacobians() {
+    let noise = ImuNoise { gyro: 2e-3, accel: 2e-2 };
+    let imu = Inertial::new(&samples(), ImuBias::zero(), noise, Vector3::new(0.3, -0.2, -9.8)).unwrap();
+    let tilted = InertialUnderGravity::new(&samples(), ImuBias::zero(), noise, 9.81).unwrap();
+    let down = S2::from_vector(&Vector3::new(0.3, -0.2, -9.8)).unwrap();
+    let bias = ImuBias::exp(&Vector6::new(0.1, -0.05, 0.02, 0.3, -0.1, 0.2));
+    for (k, length) in [0.0, 1e-9, 1e-3, 0.7, 2.0, 3.0].into_iter().enumerate() {
+        let tangent = |k: usize| SVector::<f64, 9>::from_fn(|i, _| ((3 * i + 7 * k + 1) as f64).sin());
+        let from = SE23::exp(&(tangent(k).normalize() * length));
+        let to = imu.sum().predict(&from, &bias, &imu.gravity).rplus(&(tangent(k + 6) * 0.4));
+        check("inertial", &imu, &(from, to, bias));
+        check("inertial, gravity unknown", &tilted, &(from, to, bias, down));
+        let antenna = Position::of_point(vector![1.0, 2.0, 3.0], vector![0.3, -0.5, 0.2]);
+        check("position", &antenna, &(from,));
+        check("velocity", &Velocity { measured: vector![1.0, 2.0, 3.0] }, &(from,));
+        check(
+            "position in the plane",
+            &Position::of_point(vector![1.0, 2.0], vector![0.3, -0.5]),
+            &(poses2()[k],),
+        );
+        check("distance", &Range::new(1.3), &(from, to));
+    }
+}
+
+#[test]
+fn a_sum_made_anew_is_the_sum_about_the_new_bias() {
+    let noise = ImuNoise { gyro: 2e-3, accel: 2e-2 };
+    let gravity = Vector3::new(0.0, 0.0, -9.81);
+    let old = Inertial::new(&samples(), ImuBias::zero(), noise, gravity).unwrap();
+    let x = SE23::identity();
+    let error = |scale: f64| {
+        let bias = ImuBias::exp(&(Vector6::new(0.1, -0.05, 0.02, 0.3, -0.1, 0.2) * scale));
+        let renewed = old.renewed(&(x, x, bias)).unwrap();
+        let fresh = Inertial::new(&samples(), bias, noise, gravity).unwrap();
+        assert_eq!((renewed.factor.sum(), renewed.noise), (fresh.sum(), fresh.noise().unwrap()));
+        renewed.error
+    };
+    // What is left out is of second order.
+    let [small, large] = [error(0.1), error(1.0)];
+    assert!((large / small / 100.0 - 1.0).abs() < 0.2 && large > 0.01, "{small} {large}");
+}
+
+#[test]
+fn reprojections_have_exact_jacobians_before_the_camera_and_behind_it() {
+    let snavely = Snavely { focal: 400.0, distortion: [-0.1, 0.02] };
+    let pinhole =
+        Pinhole { distortion: [-0.2, 0.1, 1e-3, 2e-3, 0.0], ..Pinhole::new([400.0; 2], [320.0; 2]) };
+    let stereo = Stereo { focal: [400.0; 2], centre: [320.0; 2], baseline: 0.3 };
+    let sensor = SE3::exp(&Vector6::new(0.1, 0.2, 0.3, 0.5, -0.4, 0.3));
+    for x in &poses3() {
+        for p in [vector![0.3, -0.4, 2.0], vector![-0.5, 0.2, -3.0]] {
+            let point = Rn::new(x.act(&p));
+            let known =
+                Reprojection { camera: pinhole, pose_from_camera: sensor, measured: vector![300.0, 310.0] };
+            check("known camera", &known, &(*x, point));
+            check("pair", &Reprojection::new(stereo, vector![300.0, 310.0, 280.0, 310.0]), &(*x, point));
+            let shared = ReprojectionShared::<Pinhole, 2, 9>::new(vector![300.0, 310.0]);
+            check("shared camera", &shared, &(*x, point, pinhole));
+            let view = View { world_from_camera: *x, camera: snavely };
+            check(
+                "view",
+                &ReprojectionOwn::<View<Snavely, 3, 9>, 2, 9>::new(vector![30.0, 31.0]),
+                &(view, point),
+            );
+        }
+    }
 }
 
 #[test]
