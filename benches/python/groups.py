@@ -1,6 +1,6 @@
 """Batched operations on SE(3) beside SciPy and jaxlie, and single calls beside GTSAM, on the same inputs in one run.
 
-    pip install boxplus numpy scipy jaxlie gtsam && python benches/python/groups.py [largest power of ten]
+    pip install ./crates/boxplus-py scipy jaxlie gtsam && python benches/python/groups.py [largest power of ten]
 
 Prints nanoseconds per element, the least of seven runs, as a table. What is not installed is left out. jaxlie is compiled (jit), in double
 precision, and waited for; arrays are already where each package wants them.

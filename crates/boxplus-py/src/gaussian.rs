@@ -151,6 +151,7 @@ macro_rules! groups {
 type R1 = Rn<1>;
 type R2 = Rn<2>;
 type R3 = Rn<3>;
+type R4 = Rn<4>;
 
 /// Adds the operations of each group and side to the module, under its name.
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -167,6 +168,7 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
         R1 "R1" 1 1 1
         R2 "R2" 2 2 2
         R3 "R3" 3 3 3
+        R4 "R4" 4 4 4
     }
     Ok(())
 }

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use std::convert::Infallible;
 use std::marker::PhantomData;
 use std::ops::Range;
+use std::sync::OnceLock;
 
 /// Below this many elements the interpreter's lock costs more than the operation does.
 const RELEASE: usize = 32;
@@ -117,7 +118,7 @@ impl Operation {
 
     /// Computes all rows, in parallel where there are many. Of several faults, the first place is told.
     fn run(&self, inputs: &[Operand<'_>], count: usize, outputs: &mut [&mut [f64]]) -> Result<(), Fault> {
-        if count < PARALLEL {
+        if count < PARALLEL || !threads_are_here() {
             return self.stretch(inputs, 0..count, outputs);
         }
         let mut chunks: Vec<Vec<&mut [f64]>> = Vec::new();
@@ -204,6 +205,14 @@ where
         }
         Ok(())
     }
+}
+
+/// Whether the threads that share large batches are in this process. They stay behind when it forks, and would be waited for
+/// forever; one thread gives the same bits.
+fn threads_are_here() -> bool {
+    static HOME: OnceLock<u32> = OnceLock::new();
+    let here = std::process::id();
+    *HOME.get_or_init(|| here) == here
 }
 
 /// Whether no number is NaN or infinite. Without a branch per number, so that it costs little.

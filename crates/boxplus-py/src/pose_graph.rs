@@ -71,35 +71,39 @@ impl PoseGraph {
         )
     }
 
-    fn add_poses2(&mut self, ids: PyReadonlyArray1<'_, u64>, poses: &Bound<'_, PyAny>) -> PyResult<()> {
-        self.0.poses2.extend(vertices::<Pose2>(&ids, poses)?);
-        Ok(())
+    /// Whether anything is in the plane, and whether anything is in space, of poses and edges.
+    fn dimensions(&self) -> (bool, bool) {
+        let Graph { poses2, poses3, edges2, edges3, .. } = &self.0;
+        (!(poses2.is_empty() && edges2.is_empty()), !(poses3.is_empty() && edges3.is_empty()))
     }
 
-    fn add_poses3(&mut self, ids: PyReadonlyArray1<'_, u64>, poses: &Bound<'_, PyAny>) -> PyResult<()> {
-        self.0.poses3.extend(vertices::<Pose3>(&ids, poses)?);
-        Ok(())
-    }
-
-    fn add_edges2(
+    fn add_poses(
         &mut self,
+        planar: bool,
+        ids: PyReadonlyArray1<'_, u64>,
+        poses: &Bound<'_, PyAny>,
+    ) -> PyResult<()> {
+        if planar {
+            self.0.poses2.extend(vertices::<Pose2>(&ids, poses)?);
+        } else {
+            self.0.poses3.extend(vertices::<Pose3>(&ids, poses)?);
+        }
+        Ok(())
+    }
+
+    fn add_edges(
+        &mut self,
+        planar: bool,
         from_: PyReadonlyArray1<'_, u64>,
         to: PyReadonlyArray1<'_, u64>,
         measured: &Bound<'_, PyAny>,
         information: &Bound<'_, PyAny>,
     ) -> PyResult<()> {
-        self.0.edges2.extend(edges::<Pose2, 3>(&from_, &to, measured, information)?);
-        Ok(())
-    }
-
-    fn add_edges3(
-        &mut self,
-        from_: PyReadonlyArray1<'_, u64>,
-        to: PyReadonlyArray1<'_, u64>,
-        measured: &Bound<'_, PyAny>,
-        information: &Bound<'_, PyAny>,
-    ) -> PyResult<()> {
-        self.0.edges3.extend(edges::<Pose3, 6>(&from_, &to, measured, information)?);
+        if planar {
+            self.0.edges2.extend(edges::<Pose2, 3>(&from_, &to, measured, information)?);
+        } else {
+            self.0.edges3.extend(edges::<Pose3, 6>(&from_, &to, measured, information)?);
+        }
         Ok(())
     }
 
@@ -108,20 +112,24 @@ impl PoseGraph {
         Ok(())
     }
 
-    fn poses2<'py>(&self, py: Python<'py>) -> PyResult<(Ids<'py>, Numbers<'py>)> {
-        vertex_arrays::<Pose2>(py, &self.0.poses2)
+    fn poses<'py>(&self, py: Python<'py>, planar: bool) -> PyResult<(Ids<'py>, Numbers<'py>)> {
+        if planar {
+            vertex_arrays::<Pose2>(py, &self.0.poses2)
+        } else {
+            vertex_arrays::<Pose3>(py, &self.0.poses3)
+        }
     }
 
-    fn poses3<'py>(&self, py: Python<'py>) -> PyResult<(Ids<'py>, Numbers<'py>)> {
-        vertex_arrays::<Pose3>(py, &self.0.poses3)
-    }
-
-    fn edges2<'py>(&self, py: Python<'py>) -> PyResult<(Ids<'py>, Ids<'py>, Numbers<'py>, Numbers<'py>)> {
-        edge_arrays::<Pose2, 3>(py, &self.0.edges2)
-    }
-
-    fn edges3<'py>(&self, py: Python<'py>) -> PyResult<(Ids<'py>, Ids<'py>, Numbers<'py>, Numbers<'py>)> {
-        edge_arrays::<Pose3, 6>(py, &self.0.edges3)
+    fn edges<'py>(
+        &self,
+        py: Python<'py>,
+        planar: bool,
+    ) -> PyResult<(Ids<'py>, Ids<'py>, Numbers<'py>, Numbers<'py>)> {
+        if planar {
+            edge_arrays::<Pose2, 3>(py, &self.0.edges2)
+        } else {
+            edge_arrays::<Pose3, 6>(py, &self.0.edges3)
+        }
     }
 
     fn fixed<'py>(&self, py: Python<'py>) -> Ids<'py> {
@@ -208,8 +216,14 @@ fn settings(keywords: &Bound<'_, PyDict>) -> PyResult<SolveSettings> {
         match key.as_str() {
             "chart" => settings.chart = choice(value.extract()?)?,
             "initial" => {
-                let choices = [Initial::Auto, Initial::AsGiven, Initial::SpanningTree, Initial::Chordal]
-                    .map(|x| (x.name(), x));
+                let choices = [
+                    Initial::Auto,
+                    Initial::AsGiven,
+                    Initial::SpanningTree,
+                    Initial::Chordal,
+                    Initial::Grown,
+                ]
+                .map(|x| (x.name(), x));
                 settings.initial = named("initial", value.extract()?, &choices)?;
             }
             "robust" => {

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import threading
+from collections.abc import Callable
+
 import numpy as np
 import numpy.typing as npt
 import pytest
@@ -29,3 +32,21 @@ def tangents(group: type[bp.Group], rng: np.random.Generator, *shape: int) -> np
 def elements(group: type[bp.Group], rng: np.random.Generator, *shape: int) -> bp.Group:
     """Exp of such tangents."""
     return group.exp(tangents(group, rng, *shape))
+
+
+def ticks_during(work: Callable[[], object]) -> int:
+    """How far this thread counts while another one works."""
+    ticks, done = 0, threading.Event()
+
+    def run() -> None:
+        try:
+            work()
+        finally:
+            done.set()
+
+    worker = threading.Thread(target=run)
+    worker.start()
+    while not done.is_set():
+        ticks += 1
+    worker.join()
+    return ticks

@@ -91,6 +91,13 @@ def test_points_are_moved_with_their_own_uncertainty(rng: np.random.Generator) -
     assert_allclose(certain.act(rng.normal(size=(5, 2)), own).covariance, np.broadcast_to(own, (5, 2, 2)), atol=1e-16)
 
 
+def test_moved_events_are_gaussians_like_others() -> None:
+    later = Gaussian.from_sigmas(bp.SGal3(time=2.0), [0.1] * 10).act([1.0, 0.0, 0.0, 5.0], order=1)
+    assert_allclose(later.mean.vector, [1.0, 0.0, 0.0, 7.0])
+    assert later.sigmas.shape == (4,) and later.sigmas[3] == pytest.approx(0.1)
+    assert repr(later).startswith("Gaussian(R4(")
+
+
 def test_fusion_of_vectors_is_the_weighted_mean() -> None:
     a, b = Gaussian.from_sigmas(bp.R2([0.0, 0.0]), [1.0, 2.0]), Gaussian.from_sigmas(bp.R2([1.0, 1.0]), [1.0, 1.0])
     both = a.fuse(b)

@@ -37,6 +37,16 @@ def test_a_graph_shows_each_edge_once_and_closures_apart() -> None:
     assert_array_equal(np.asarray(odometry.get_xydata())[[0, 1, 3, 4]], [[0.0, 0.0], [1.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
 
 
+def test_edges_without_values_of_their_poses_are_not_drawn() -> None:
+    graph = bp.PoseGraph()
+    graph.add_edges([0, 1], [1, 2], bp.SE2.identity(2), sigmas=[1.0] * 3)
+    assert all(np.size(line.get_xdata()) == 0 for line in plot.graph(graph).lines)
+    graph.add_poses([0, 2], bp.SE2([[0.0, 0.0], [2.0, 0.0]]))
+    assert all(np.size(line.get_xdata()) == 0 for line in plot.graph(graph).lines)
+    graph.add_poses(1, bp.SE2.identity(1))
+    assert np.size(plot.graph(graph).lines[1].get_xdata()) == 6
+
+
 def test_ellipses_and_bananas_are_where_the_region_ends() -> None:
     points = bp.Gaussian.from_sigmas(bp.R2([[0.0, 0.0], [5.0, 5.0]]), [1.0, 2.0])
     lines = plot.ellipses(points, probability=0.5).lines

@@ -6,7 +6,6 @@ import gzip
 import json
 import os
 import signal
-import threading
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +13,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import boxplus as bp
+from conftest import ticks_during
 
 DATA = Path(os.environ.get("BOXPLUS_DATA", Path(__file__).parents[4] / "shared" / "data"))
 """Public benchmark files, which are not part of the repository."""
@@ -70,6 +70,9 @@ def test_arrays_come_back_as_they_went_in() -> None:
     assert from_.tolist() == [3, 1, 4, 15] and to.tolist() == [1, 4, 15, 9]
     assert np.all(measured == poses[1:])
     assert_array_equal(again, information)
+    for elements in (graph.poses, measured):
+        with pytest.raises(ValueError, match="read-only"):
+            np.asarray(elements)[...] = 0.0
     assert repr(graph) == "PoseGraph(5 poses in the plane, 4 measurements, 1 fixed)"
     other = graph.copy()
     other.add_poses(100, bp.SE2.identity(1))
@@ -134,18 +137,7 @@ def test_ctrl_c_stops_with_the_best_so_far() -> None:
 
 def test_other_threads_run_while_a_graph_is_solved() -> None:
     _, graph = helix(2000)
-    ticks, done = 0, threading.Event()
-
-    def work() -> None:
-        graph.solve()
-        done.set()
-
-    worker = threading.Thread(target=work)
-    worker.start()
-    while not done.is_set():
-        ticks += 1
-    worker.join()
-    assert ticks > 1000
+    assert ticks_during(graph.solve) > 1000
 
 
 def test_settings_are_checked_by_name() -> None:

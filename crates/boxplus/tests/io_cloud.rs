@@ -143,6 +143,19 @@ fn two_columns_are_a_cloud_of_the_plane() {
 }
 
 #[test]
+fn an_empty_field_keeps_the_columns_apart() {
+    // As pandas writes a frame: the index has no name.
+    let indexed = b",x,y,z\n0,1,2,3\n1,4,5,6\n";
+    assert_eq!(points(indexed, "frame.csv"), [vector![1.0, 2.0, 3.0], vector![4.0, 5.0, 6.0]]);
+    assert_eq!(points(b"x,y,note,z\n1,2,,3\n4,5,,6,\n", "a.csv")[1], vector![4.0, 5.0, 6.0]);
+    assert_eq!(points(b"1;2;3;;7\n", "a.csv"), [vector![1.0, 2.0, 3.0]]);
+    for text in ["1,,3,4\n", "1 , , 3,4\n", "x,y,z,i\n1,,3,4\n"] {
+        let error = refused(text, "a.csv").to_string();
+        assert!(error.ends_with("`` is not a number; expected y"), "{error}");
+    }
+}
+
+#[test]
 fn points_that_are_none_are_left_out_and_counted() {
     let cloud = cloud::read(b"1 2 3\nnan nan nan\n4 inf 6\n7 8 1e999\n4 5 6\n", "scan.xyz", None).unwrap();
     assert_eq!((cloud.points.len(), cloud.dropped), (2, 3));

@@ -187,6 +187,9 @@ fn refusal(name: &str, error: &RegistrationError) -> Error {
         RegistrationError::NoNormals { .. } => {
             Error::Usage { message, help: help("--neighbours 10, or --method point") }
         }
+        RegistrationError::NotAnOption { option: "max_distance", .. } => {
+            Error::Usage { message, help: help("--max-distance says how far apart partners may be") }
+        }
         RegistrationError::NotAnOption { .. } | RegistrationError::NotAKernel => {
             Error::Usage { message, help: None }
         }

@@ -12,7 +12,7 @@ from boxplus._group import Group
 from boxplus._vectors import R1, R2, R3, R4, Rn
 
 if TYPE_CHECKING:
-    from boxplus._group import Floats, Scalars
+    from boxplus._elements import Floats, Scalars
 
 G = TypeVar("G", bound=Group)
 H = TypeVar("H", bound=Group)

@@ -8,12 +8,13 @@ import numpy as np
 import numpy.typing as npt
 
 from boxplus import _core
-from boxplus._group import MatrixGroup, joined, number
+from boxplus._elements import joined, number
+from boxplus._group import MatrixGroup
 
 if TYPE_CHECKING:
     from typing_extensions import Self
 
-    from boxplus._group import Floats, Scalars
+    from boxplus._elements import Floats, Scalars
 
 
 class SO2(MatrixGroup):
@@ -70,7 +71,23 @@ class SO2(MatrixGroup):
         return _core.rotations.planar_chordal_distance(self._numbers, self._same(other))
 
 
-class SE2(MatrixGroup):
+class _Placed(MatrixGroup):
+    """Elements stored as a translation, a rotation, and whatever follows."""
+
+    __slots__ = ()
+
+    @property
+    def translation(self) -> Floats:
+        """t, ``(..., 2)``, in metres of the parent frame."""
+        return self._numbers[..., 0:2]
+
+    @property
+    def rotation(self) -> SO2:
+        """R, ``(...)``."""
+        return SO2._of(self._numbers[..., 2:4])
+
+
+class SE2(_Placed):
     """Poses of the plane, stored as (t₁, t₂, cos θ, sin θ).
 
     A tangent is (ρ₁, ρ₂, θ): metres, metres, radians.
@@ -93,22 +110,12 @@ class SE2(MatrixGroup):
         self._numbers = type(self).from_array(parts)._numbers
 
     @property
-    def translation(self) -> Floats:
-        """t, ``(..., 2)``, in metres of the parent frame."""
-        return self._numbers[..., 0:2]
-
-    @property
-    def rotation(self) -> SO2:
-        """R, ``(...)``."""
-        return SO2._of(self._numbers[..., 2:4])
-
-    @property
     def angle(self) -> Scalars:
         """The heading, ``(...)``, in [-π, π] radians."""
         return self.rotation.angle
 
 
-class Sim2(MatrixGroup):
+class Sim2(_Placed):
     """Similarities of the plane, p ↦ s·R·p + t, stored as (t₁, t₂, cos θ, sin θ, σ) with s = e^σ.
 
     A tangent is (ρ₁, ρ₂, θ, σ): metres, metres, radians, and the rate of ln s.
@@ -134,16 +141,6 @@ class Sim2(MatrixGroup):
             names=("translation", "rotation", "log_scale"),
         )
         self._numbers = type(self).from_array(parts)._numbers
-
-    @property
-    def translation(self) -> Floats:
-        """t, ``(..., 2)``, in metres of the parent frame."""
-        return self._numbers[..., 0:2]
-
-    @property
-    def rotation(self) -> SO2:
-        """R, ``(...)``."""
-        return SO2._of(self._numbers[..., 2:4])
 
     @property
     def log_scale(self) -> Scalars:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from typing_extensions import Self, Unpack
 
-    from boxplus._group import Floats
+    from boxplus._elements import Floats
 
     Ids: TypeAlias = npt.NDArray[np.uint64]
 
@@ -53,7 +53,7 @@ class Settings(TypedDict, total=False):
 
     chart: Literal["log", "g2o", "ceres", "se-sync"]
     """Whose cost is minimised: that of boxplus and GTSAM ("log", the default), g2o, Ceres or SE-Sync."""
-    initial: Literal["auto", "as_given", "spanning_tree", "chordal"]
+    initial: Literal["auto", "as_given", "spanning_tree", "chordal", "grown"]
     """Where to start; "auto", the default, is whichever costs least."""
     robust: str
     """How much a large residual may pull: "none" (the default), "huber:1", "cauchy:2.5", ..., scales in standard deviations; or
@@ -144,8 +144,7 @@ class PoseGraph:
 
         A pose that only edges name needs none: it is found from them.
         """
-        add = self._graph.add_poses2 if isinstance(poses, SE2) else self._graph.add_poses3
-        add(_ids(ids), poses._numbers)
+        self._graph.add_poses(isinstance(poses, SE2), _ids(ids), poses._numbers)
 
     def add_edges(
         self,
@@ -168,8 +167,7 @@ class PoseGraph:
             if not np.all(deviations > 0.0):
                 raise ValueError("a standard deviation must be positive")
             information = deviations[..., None] ** -2 * np.eye(measured.dimension)
-        add = self._graph.add_edges2 if isinstance(measured, SE2) else self._graph.add_edges3
-        add(_ids(from_), _ids(to), measured._numbers, information)
+        self._graph.add_edges(isinstance(measured, SE2), _ids(from_), _ids(to), measured._numbers, information)
 
     def fix(self, ids: npt.ArrayLike) -> None:
         """Holds these vertices where they are."""
@@ -182,21 +180,20 @@ class PoseGraph:
     @property
     def ids(self) -> Ids:
         """The ids of the poses, ``(N,)``, in the order of the file."""
-        return self._poses()[0]
+        return self._graph.poses(self._is_planar())[0]
 
     @property
     def poses(self) -> SE2 | SE3:
         """The poses `world_from_body`, ``(N,)``, in the order of `ids`."""
-        return self._poses()[1]
+        planar = self._is_planar()
+        return _poses(planar, self._graph.poses(planar)[1])
 
     @property
     def edges(self) -> Edges:
         """The displacements between poses."""
-        if self._is_planar():
-            from_, to, measured, information = self._graph.edges2()
-            return Edges(from_, to, SE2._of(measured), information)
-        from_, to, measured, information = self._graph.edges3()
-        return Edges(from_, to, SE3._of(measured), information)
+        planar = self._is_planar()
+        from_, to, measured, information = self._graph.edges(planar)
+        return Edges(from_, to, _poses(planar, measured), information)
 
     @property
     def fixed(self) -> Ids:
@@ -204,17 +201,10 @@ class PoseGraph:
         return self._graph.fixed()
 
     def _is_planar(self) -> bool:
-        planar = len(self._graph.poses2()[0]) + len(self._graph.edges2()[0]) > 0
-        if planar and len(self._graph.poses3()[0]) + len(self._graph.edges3()[0]) > 0:
+        planar, spatial = self._graph.dimensions()
+        if planar and spatial:
             raise ValueError("the graph has poses of the plane and poses of space; it can only be solved and written as a whole")
         return planar
-
-    def _poses(self) -> tuple[Ids, SE2 | SE3]:
-        if self._is_planar():
-            ids, numbers = self._graph.poses2()
-            return ids, SE2._of(numbers)
-        ids, numbers = self._graph.poses3()
-        return ids, SE3._of(numbers)
 
     def __repr__(self) -> str:
         planar, spatial, points, measurements, fixed = self._graph.counts()
@@ -308,6 +298,11 @@ class Solution:
         lines += [f"unconstrained: {self.unconstrained}"] if self.unconstrained else []
         lines += [f"{len(self.rejected)} measurements found to be false"] if len(self.rejected) else []
         return "\n".join(lines)
+
+
+def _poses(planar: bool, numbers: Floats) -> SE2 | SE3:
+    numbers.flags.writeable = False
+    return SE2._of(numbers) if planar else SE3._of(numbers)
 
 
 def _ids(ids: npt.ArrayLike) -> Ids:

@@ -8,13 +8,14 @@ import numpy as np
 import numpy.typing as npt
 
 from boxplus import _core
-from boxplus._group import MatrixGroup, joined, number
+from boxplus._elements import joined, number
+from boxplus._group import MatrixGroup
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import RigidTransform, Rotation
     from typing_extensions import Self
 
-    from boxplus._group import Floats, Scalars
+    from boxplus._elements import Floats, Scalars
 
 Euler: TypeAlias = Literal[
     "XYX", "XYZ", "XZX", "XZY", "YXY", "YXZ", "YZX", "YZY", "ZXY", "ZXZ", "ZYX", "ZYZ",
@@ -216,7 +217,23 @@ class SO3(MatrixGroup):
         return Rotation.from_quat(self.to_array())
 
 
-class SE3(MatrixGroup):
+class _Placed(MatrixGroup):
+    """Elements stored as a translation, a rotation, and whatever follows."""
+
+    __slots__ = ()
+
+    @property
+    def translation(self) -> Floats:
+        """t, ``(..., 3)``, in metres of the parent frame."""
+        return self._numbers[..., 0:3]
+
+    @property
+    def rotation(self) -> SO3:
+        """R, ``(...)``."""
+        return SO3._of(self._numbers[..., 3:7])
+
+
+class SE3(_Placed):
     """Poses in space, stored as (t₁, t₂, t₃, x, y, z, w): the order of TUM trajectories and of ROS poses.
 
     A tangent is (ρ, φ): metres, then radians, in the local frame.
@@ -238,16 +255,6 @@ class SE3(MatrixGroup):
         parts = joined((translation, 3), (_or_identity(rotation), 4), names=("translation", "rotation"))
         self._numbers = type(self).from_array(parts)._numbers
 
-    @property
-    def translation(self) -> Floats:
-        """t, ``(..., 3)``, in metres of the parent frame."""
-        return self._numbers[..., 0:3]
-
-    @property
-    def rotation(self) -> SO3:
-        """R, ``(...)``."""
-        return SO3._of(self._numbers[..., 3:7])
-
     @classmethod
     def from_scipy(cls, transform: RigidTransform) -> Self:
         """The poses of a `scipy.spatial.transform.RigidTransform` (SciPy 1.16)."""
@@ -260,7 +267,28 @@ class SE3(MatrixGroup):
         return RigidTransform.from_components(self.translation, self.rotation.to_scipy())
 
 
-class SE23(MatrixGroup):
+class _Moving(MatrixGroup):
+    """Elements stored as a position, a rotation, a velocity, and whatever follows."""
+
+    __slots__ = ()
+
+    @property
+    def position(self) -> Floats:
+        """p, ``(..., 3)``, in metres of the parent frame."""
+        return self._numbers[..., 0:3]
+
+    @property
+    def rotation(self) -> SO3:
+        """R, ``(...)``."""
+        return SO3._of(self._numbers[..., 3:7])
+
+    @property
+    def velocity(self) -> Floats:
+        """v, ``(..., 3)``, in m/s of the parent frame."""
+        return self._numbers[..., 7:10]
+
+
+class SE23(_Moving):
     """Extended poses, stored as (position, x, y, z, w, velocity).
 
     A tangent is (ρ, φ, ν): metres, radians, metres per second, in the local frame. Points are moved by the pose.
@@ -288,27 +316,12 @@ class SE23(MatrixGroup):
         self._numbers = type(self).from_array(parts)._numbers
 
     @property
-    def position(self) -> Floats:
-        """p, ``(..., 3)``, in metres of the parent frame."""
-        return self._numbers[..., 0:3]
-
-    @property
-    def rotation(self) -> SO3:
-        """R, ``(...)``."""
-        return SO3._of(self._numbers[..., 3:7])
-
-    @property
-    def velocity(self) -> Floats:
-        """v, ``(..., 3)``, in m/s of the parent frame."""
-        return self._numbers[..., 7:10]
-
-    @property
     def pose(self) -> SE3:
         """(R, p), ``(...)``: the pose without its velocity."""
         return SE3._of(self._numbers[..., 0:7])
 
 
-class SGal3(MatrixGroup):
+class SGal3(_Moving):
     """Galilean transformations, stored as (position, x, y, z, w, velocity, time).
 
     A tangent is (ρ, φ, ν, ι): metres, radians, metres per second, seconds. Events (p, τ), ``(..., 4)``, are moved.
@@ -338,21 +351,6 @@ class SGal3(MatrixGroup):
         self._numbers = type(self).from_array(parts)._numbers
 
     @property
-    def position(self) -> Floats:
-        """p, ``(..., 3)``, in metres of the parent frame."""
-        return self._numbers[..., 0:3]
-
-    @property
-    def rotation(self) -> SO3:
-        """R, ``(...)``."""
-        return SO3._of(self._numbers[..., 3:7])
-
-    @property
-    def velocity(self) -> Floats:
-        """v, ``(..., 3)``, in m/s of the parent frame."""
-        return self._numbers[..., 7:10]
-
-    @property
     def time(self) -> Scalars:
         """t, ``(...)`` in seconds: time in the parent frame minus time in the local one."""
         return number(self._numbers, 10)
@@ -363,7 +361,7 @@ class SGal3(MatrixGroup):
         return SE23._of(self._numbers[..., 0:10])
 
 
-class Sim3(MatrixGroup):
+class Sim3(_Placed):
     """Similarities of space, p ↦ s·R·p + t, stored as (t₁, t₂, t₃, x, y, z, w, σ) with s = e^σ.
 
     A tangent is (ρ, φ, σ): metres, radians, and the rate of ln s.
@@ -389,16 +387,6 @@ class Sim3(MatrixGroup):
             names=("translation", "rotation", "log_scale"),
         )
         self._numbers = type(self).from_array(parts)._numbers
-
-    @property
-    def translation(self) -> Floats:
-        """t, ``(..., 3)``, in metres of the parent frame."""
-        return self._numbers[..., 0:3]
-
-    @property
-    def rotation(self) -> SO3:
-        """R, ``(...)``."""
-        return SO3._of(self._numbers[..., 3:7])
 
     @property
     def log_scale(self) -> Scalars:

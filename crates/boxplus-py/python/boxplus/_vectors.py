@@ -10,7 +10,7 @@ from boxplus import _core
 from boxplus._group import Group
 
 if TYPE_CHECKING:
-    from boxplus._group import Floats
+    from boxplus._elements import Floats
 
 
 class Rn(Group):

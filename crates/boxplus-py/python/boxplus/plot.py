@@ -1,4 +1,4 @@
-"""Pictures with matplotlib, which is an optional dependency: ``pip install boxplus[plot]``.
+"""Pictures with matplotlib, which is an optional dependency: ``pip install './crates/boxplus-py[plot]'``.
 
 Each function draws into the given axes, or into new ones, and returns them. Poses and points in space are seen from above.
 """
@@ -37,12 +37,17 @@ def trajectory(poses: SE2 | SE3, axes: Axes | None = None, *, arrows: int = 0, *
 
 
 def graph(pose_graph: PoseGraph, axes: Axes | None = None) -> Axes:
-    """A pose graph at the poses it holds: odometry as a line, loop closures, edges of ids that do not follow each other, thin."""
+    """A pose graph at the poses it holds: odometry as a line, loop closures, edges of ids that do not follow each other, thin.
+
+    Edges whose poses have no values yet are left out.
+    """
     axes = _axes(axes)
     ids, poses, edges = pose_graph.ids, pose_graph.poses, pose_graph.edges
     order = np.argsort(ids)
-    ends = np.stack([order[np.searchsorted(ids, end, sorter=order)] for end in (edges.from_, edges.to)], -1)
-    closes = np.abs(edges.to.astype(np.int64) - edges.from_.astype(np.int64)) != 1
+    known = np.isin(edges.from_, ids) & np.isin(edges.to, ids)
+    from_, to = edges.from_[known], edges.to[known]
+    ends = np.stack([order[np.searchsorted(ids, end, sorter=order)] for end in (from_, to)], -1)
+    closes = np.abs(to.astype(np.int64) - from_.astype(np.int64)) != 1
     for chosen, color, width in ((closes, "tab:red", 0.4), (~closes, "tab:blue", 1.0)):
         gap = np.full((int(chosen.sum()), 1), np.nan)
         x, y = (np.hstack([poses.translation[ends[chosen], k], gap]).ravel() for k in (0, 1))

@@ -3,13 +3,15 @@
 use crate::uncertainty::UncertaintyError;
 use core::fmt;
 
-/// One of the two sets of points.
+/// Which set of points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
     /// The points that are moved.
     Source,
     /// The points that stay.
     Target,
+    /// A cloud by itself, which may become either.
+    Cloud,
 }
 
 impl fmt::Display for Role {
@@ -17,6 +19,7 @@ impl fmt::Display for Role {
         f.write_str(match self {
             Self::Source => "source",
             Self::Target => "target",
+            Self::Cloud => "cloud",
         })
     }
 }

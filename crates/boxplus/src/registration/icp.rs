@@ -107,7 +107,7 @@ pub struct Registered<G, const D: usize> {
     /// Σ⁻¹ of the local tangent at X: H/σ², without what [`Registered::free`] names.
     pub information: Jacobian<f64, D>,
     /// σ, the standard deviation of the residuals that are minimised, √(Σw·rᵀWr/(nK − D)), with K = 1, but for point to point the
-    /// dimension of the points.
+    /// dimension of the points. At least ε times the extent of the source, to which a perfect fit is known.
     pub sigma: f64,
     /// Directions about which the surfaces say nothing. The start is kept along them.
     pub free: Vec<Free<D>>,
@@ -171,7 +171,7 @@ impl<const N: usize> Scan<N> {
         options: &Icp,
     ) -> Result<Registered<G, D>, RegistrationError> {
         options.check(self, target)?;
-        let between = target_to_source_centres(initial, &self.centre, &target.centre);
+        let between = between_centres(initial, &self.centre, &target.centre);
         if !between.act(&SVector::zeros()).iter().all(|x| x.abs() <= LARGEST) {
             return Err(RegistrationError::InitialNotFinite);
         }
@@ -183,7 +183,7 @@ impl<const N: usize> Scan<N> {
 }
 
 /// X between the centroids: what it says of points relative to them.
-fn target_to_source_centres<G: Alignable<D, N>, const D: usize, const N: usize>(
+fn between_centres<G: Alignable<D, N>, const D: usize, const N: usize>(
     x: &G,
     source: &SVector<f64, N>,
     target: &SVector<f64, N>,
@@ -253,7 +253,7 @@ impl<G: Rigid<D, N>, const D: usize, const N: usize> Search<'_, G, D, N> {
         let coordinates = if self.options.method == Method::PointToPoint { N } else { 1 };
         // More matches than D were asked for; weights may still add up to less.
         let freedom = (model.weight * coordinates as f64 - D as f64).max(1.0);
-        let sigma = (model.squares / freedom).sqrt();
+        let sigma = (model.squares / freedom).sqrt().max(f64::EPSILON * self.matching.radius());
         let (from, to) = (G::translation_by(&-source.centre), G::translation_by(&target.centre));
         // The local tangent moves from the centroid to the origin of the source.
         let (inward, outward) = (from.adjoint(), G::translation_by(&source.centre).adjoint());
@@ -277,12 +277,13 @@ impl<G: Rigid<D, N>, const D: usize, const N: usize> Search<'_, G, D, N> {
 impl Icp {
     fn check<const N: usize>(&self, source: &Scan<N>, target: &Scan<N>) -> Result<(), RegistrationError> {
         let options = [
-            ("max_distance", self.max_distance, LARGEST),
-            ("tolerance", self.tolerance, LARGEST),
-            ("noise", self.noise.unwrap_or(1.0), LARGEST),
+            ("max_distance", self.max_distance),
+            ("tolerance", self.tolerance),
+            ("noise", self.noise.unwrap_or(1.0)),
+            ("least_share", self.least_share),
         ];
         // Also false for NaN.
-        if let Some(&(option, value, _)) = options.iter().find(|(_, x, most)| !(*x > 0.0 && x <= most)) {
+        if let Some(&(option, value)) = options.iter().find(|(_, x)| !(*x > 0.0 && *x <= LARGEST)) {
             return Err(RegistrationError::NotAnOption { option, value });
         }
         if !self.kernel.is_valid() {

@@ -99,9 +99,10 @@ impl<'a, const N: usize, const D: usize> Matching<'a, N, D> {
         self.chunks.iter().flat_map(|chunk| &chunk.matches)
     }
 
-    /// Root of the mean squared distance of the source points from their centroid: what a radian moves them.
+    /// Root of the mean squared distance of the source points from their centroid: what a radian moves them. A single place has
+    /// none; there any length will do.
     pub(super) fn radius(&self) -> f64 {
-        self.source.radius
+        if self.source.radius > 0.0 { self.source.radius } else { 1.0 }
     }
 
     /// How many points of the source have a partner.

@@ -45,6 +45,8 @@ pub(super) struct Spectrum<const D: usize> {
     /// Eigenvalues of the scaled H where it is seen, in descending order, and their unit directions.
     curvatures: Tangent<f64, D>,
     directions: Jacobian<f64, D>,
+    /// Smaller curvatures are lost in the rounding of D terms.
+    least: f64,
     /// What is not seen, as unit vectors in the scaled coordinates, and the part of the matches that see each.
     free: Vec<(Tangent<f64, D>, f64)>,
 }
@@ -57,22 +59,29 @@ impl<const D: usize> Spectrum<D> {
         matching: &Matching<'_, N, D>,
         least: f64,
     ) -> Self {
-        let radius = matching.radius().max(f64::MIN_POSITIVE); // a single place has none
+        let radius = matching.radius();
         let scales = Tangent::<f64, D>::from_fn(|i, _| if i < N { 1.0 } else { radius });
         let sample = Sample::new(x, matching, &scales);
-        let free: Vec<_> =
-            canonical(&sample.free(least)).into_iter().map(|v| (v, sample.share(&v))).collect();
+        let mut free = canonical(&sample.free(least));
         let scaled = SMatrix::from_fn(|i, j| model.hessian[(i, j)] / (scales[i] * scales[j]));
-        let seen = projector(&free, |(v, _)| *v);
+        let seen = projector(&free);
         let (curvatures, directions) = principal(&(seen * scaled * seen));
-        Self { scales, curvatures, directions, free }
+        let least = 16.0 * f64::EPSILON * curvatures[0];
+        // Normals tell no rotation of points about the line they lie on; nothing does.
+        let flat: Vec<_> =
+            (0..D).filter(|&k| curvatures[k] <= least).map(|k| directions.column(k).into_owned()).collect();
+        if flat.len() > free.len() {
+            free = canonical(&flat);
+        }
+        let share = |v: &Tangent<f64, D>| if v.dot(&(scaled * v)) > least { sample.share(v) } else { 0.0 };
+        let free = free.into_iter().map(|v| (v, share(&v))).collect();
+        Self { scales, curvatures, directions, least, free }
     }
 
-    /// Directions along which the model is curved; the others are free, or lost in the rounding of D terms.
+    /// Directions along which the model is curved; the others are free.
     fn seen(&self) -> impl Iterator<Item = (SVector<f64, D>, f64)> + '_ {
-        let least = 16.0 * f64::EPSILON * self.curvatures[0];
         let all = (0..D).map(|k| (self.directions.column(k).into_owned(), self.curvatures[k]));
-        all.filter(move |(_, curvature)| *curvature > least)
+        all.filter(|(_, curvature)| *curvature > self.least)
     }
 
     /// The step that minimises the model along the directions seen, damped by a part of each curvature, and how far it moves
@@ -160,14 +169,14 @@ fn principal<const D: usize>(a: &Jacobian<f64, D>) -> (Tangent<f64, D>, Jacobian
 }
 
 /// I − Σvvᵀ for orthonormal v.
-fn projector<T, const D: usize>(items: &[T], v: impl Fn(&T) -> Tangent<f64, D>) -> Jacobian<f64, D> {
-    items.iter().map(v).fold(SMatrix::identity(), |rest, v| rest - v * v.transpose())
+fn projector<const D: usize>(basis: &[Tangent<f64, D>]) -> Jacobian<f64, D> {
+    basis.iter().fold(SMatrix::identity(), |rest, v| rest - v * v.transpose())
 }
 
 /// An orthonormal basis of the same space, of vectors as near to coordinate axes as there are: whatever basis a multiple
 /// eigenvalue has, people read translations and rotations.
 fn canonical<const D: usize>(basis: &[Tangent<f64, D>]) -> Vec<Tangent<f64, D>> {
-    let mut rest = SMatrix::identity() - projector(basis, |v| *v);
+    let mut rest = SMatrix::identity() - projector(basis);
     let mut nearest = || {
         // Of equals the first.
         let i = (0..D).fold(0, |best, i| if rest[(i, i)] > rest[(best, best)] + 1e-9 { i } else { best });

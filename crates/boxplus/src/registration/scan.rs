@@ -63,7 +63,7 @@ impl<const N: usize> Scan<N> {
     /// [`RegistrationError::NotFinite`], [`RegistrationError::VoxelSize`], [`RegistrationError::Empty`],
     /// [`RegistrationError::TooMany`].
     pub fn new(cloud: &[SVector<f64, N>], preparation: &Preparation) -> Result<Self, RegistrationError> {
-        check_finite(cloud, Role::Source)?;
+        check_finite(cloud, Role::Cloud)?;
         let mut points =
             if preparation.voxel == 0.0 { cloud.to_vec() } else { thinned(cloud, preparation.voxel)? };
         if points.is_empty() {

@@ -25,19 +25,19 @@ pub fn thinned<const N: usize>(
     points: &[SVector<f64, N>],
     size: f64,
 ) -> Result<Vec<SVector<f64, N>>, RegistrationError> {
-    check_finite(points, Role::Source)?;
+    check_finite(points, Role::Cloud)?;
     let Some(corner) = points.iter().copied().reduce(|a, b| a.inf(&b)) else { return Ok(vec![]) };
     let extent = points.iter().map(|p| (p - corner).amax()).fold(0.0, f64::max);
-    let bits = 64 / N as u32;
+    let bits = (64 / N as u32).min(62);
     // Also false for NaN.
-    if !(size > 0.0 && extent / size < (1_u64 << bits.min(62)) as f64) {
+    if !(size > 0.0 && extent / size < (1_u64 << bits) as f64) {
         return Err(RegistrationError::VoxelSize { size, extent });
     }
-    let mut order: Vec<(u64, u32)> =
-        points.iter().zip(0..).map(|(p, i)| (cube(&(p - corner), size, bits), i)).collect();
+    let mut order: Vec<(u64, usize)> =
+        points.iter().enumerate().map(|(i, p)| (cube(&(p - corner), size, bits), i)).collect();
     order.sort_unstable();
-    let mean = |cube: &[(u64, u32)]| {
-        let sum: SVector<f64, N> = cube.iter().map(|&(_, i)| points[i as usize] - corner).sum();
+    let mean = |cube: &[(u64, usize)]| {
+        let sum: SVector<f64, N> = cube.iter().map(|&(_, i)| points[i] - corner).sum();
         corner + sum / cube.len() as f64
     };
     Ok(order.chunk_by(|a, b| a.0 == b.0).map(mean).collect())

@@ -1,9 +1,10 @@
 //! Jacobians of the ready models against central differences, on both sides, where they are large.
 
+use boxplus::camera::Stereo;
 use boxplus::filter::{
     Attitude, DeadReckoning, DifferentialDrive, Gyroscope, Imu, ImuNoise, Inertial, InertialState,
-    Measurement, Motion, Odometry, Part, PositionFix, Range, RangeBearing, Sighting, StereoCamera,
-    StereoSighting, VectorSighting, VelocityFix, WheelTravel, check_measurement, check_motion,
+    Measurement, Motion, Odometry, Part, PositionFix, Range, RangeBearing, Sighting, StereoSighting,
+    VectorSighting, VelocityFix, WheelTravel, check_measurement, check_motion,
 };
 use boxplus::lie::{Action, LieGroup, Rn, SE2, SE3, SE23, SO3};
 use boxplus::uncertainty::Covariance;
@@ -69,10 +70,11 @@ fn measurements_have_the_jacobians_they_state() {
         let seen = RangeBearing { beacon: vector![3.0, -2.0], measured: vector![3.0, s.sin()], noise: cov() };
         assert!(check_measurement(&seen, &planar) < AGREES);
         let camera_from_body = SE3::exp(&tangent(s + 2.0));
-        let camera = StereoCamera { focal: [2.0, 1.5], centre: [0.3, 0.4], baseline: 0.2, camera_from_body };
+        let camera = Stereo { focal: [2.0, 1.5], centre: [0.3, 0.4], baseline: 0.2 };
         let ahead = vector![s.sin(), s.cos(), 4.0];
         let landmark = pose.act(&camera_from_body.act_inverse(&ahead));
-        let stereo = StereoSighting { camera, landmark, measured: tangent(s), noise: cov() };
+        let stereo =
+            StereoSighting { camera, camera_from_body, landmark, measured: tangent(s), noise: cov() };
         assert!(check_measurement(&stereo, &pose) < AGREES);
         let state = Attitude { rotation: SO3::exp(&tangent(s)), gyroscope_bias: Rn::new(tangent(s)) };
         let part =

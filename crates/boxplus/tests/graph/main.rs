@@ -3,9 +3,12 @@
 
 #[cfg(feature = "rand")]
 mod beacon_drives;
+mod continuous;
 mod custom;
 mod dense;
 mod faults;
+mod inertial;
+mod landmarks;
 mod solve;
 mod uncertainty;
 mod world;

@@ -54,6 +54,32 @@ fn the_same_points_are_laid_upon_each_other_exactly() {
 }
 
 #[test]
+fn a_scan_laid_upon_itself_is_known_to_rounding() {
+    let mut draw = Draw::new(12);
+    let room = scan(&room(&mut draw, 2000, 0.0));
+    for method in Method::ALL {
+        let found: Registered<SE3, 6> = room.align(&room, &SE3::identity(), &with(method)).unwrap();
+        assert!(found.rmse == 0.0 && found.sigma > 0.0 && found.information.iter().all(|x| x.is_finite()));
+        let sigmas = found.pose().unwrap().sigmas();
+        assert!(sigmas.min() > 0.0 && sigmas.max() < 1e-15, "{method:?}: {sigmas}");
+    }
+}
+
+#[test]
+fn points_on_a_line_turn_freely_about_it() {
+    let mut draw = Draw::new(13);
+    let line: Vec<_> = (0..500).map(|_| vector![2.0, draw.between(-9.0, 9.0), -1.0]).collect();
+    let start = SE3::new(SO3::identity(), vector![0.1, 0.1, 0.1]);
+    for method in [Method::PointToPoint, Method::Generalised] {
+        let found = scan(&line).align(&scan(&line), &start, &with(method)).unwrap();
+        let names: Vec<_> = found.free.iter().map(ToString::to_string).collect();
+        assert_eq!(names, ["rotation about (0.00, 1.00, 0.00)"], "{method:?}");
+        assert_eq!((found.free[0].share, found.matches), (0.0, 500));
+        assert_eq!(found.pose().unwrap_err(), RegistrationError::Unconstrained { directions: 1 });
+    }
+}
+
+#[test]
 fn different_points_of_one_room_meet_within_their_noise() {
     let mut draw = Draw::new(2);
     let target = scan(&room(&mut draw, 6000, 0.01));
@@ -236,6 +262,8 @@ fn thinning_keeps_the_mean_of_every_cube_wherever_the_cloud_is() {
     assert_eq!(there.len(), thin.len());
     assert!(thin.iter().zip(&there).all(|(p, q)| (q - vector![1024.0, -2048.0, 512.0] - p).amax() < 1e-12));
     assert!(thinned::<3>(&[], 1.0).unwrap().is_empty());
+    let numbers = [0.0, 0.1, 5.0].map(nalgebra::Vector1::new);
+    assert_eq!(thinned(&numbers, 1.0).unwrap(), [nalgebra::Vector1::new(0.05), numbers[2]]);
     for size in [0.0, -1.0, f64::NAN, 1e-9] {
         assert!(matches!(thinned(&cloud, size), Err(RegistrationError::VoxelSize { .. })), "{size}");
     }
@@ -252,6 +280,8 @@ fn what_cannot_be_aligned_is_refused_with_the_reason() {
         let error = aligned(Icp { max_distance, ..Icp::default() }).unwrap_err();
         assert!(matches!(error, RegistrationError::NotAnOption { option: "max_distance", .. }), "{error}");
     }
+    let error = aligned(Icp { least_share: f64::NAN, ..Icp::default() }).unwrap_err();
+    assert!(matches!(error, RegistrationError::NotAnOption { option: "least_share", .. }), "{error}");
     let error = aligned(Icp { kernel: Kernel::Huber(f64::NAN), ..Icp::default() }).unwrap_err();
     assert_eq!(error, RegistrationError::NotAKernel);
     let bare = Scan::new(&cloud, &Preparation { neighbours: 0, ..Preparation::default() }).unwrap();
@@ -269,7 +299,7 @@ fn what_cannot_be_aligned_is_refused_with_the_reason() {
     let none: [Vector3<f64>; 0] = [];
     assert_eq!(Scan::new(&none, &Preparation::default()).unwrap_err(), RegistrationError::Empty);
     let error = Scan::new(&[vector![0.0, f64::NAN]], &Preparation::default()).unwrap_err();
-    assert_eq!(error, RegistrationError::NotFinite { role: Role::Source, index: 0 });
+    assert_eq!(error, RegistrationError::NotFinite { role: Role::Cloud, index: 0 });
 }
 
 #[test]

@@ -3,22 +3,12 @@
 use crate::bundle;
 use crate::filter::{Measurement, Motion};
 use crate::lie::{Jacobian, LieGroup, Real, Rn, SE23, SGal3, SO3};
+use crate::trajectory::Imu;
 use crate::uncertainty::Covariance;
 use nalgebra::{SMatrix, SVector, Vector3};
 
 /// Standard gravity, in m/s².
 pub const STANDARD_GRAVITY: f64 = 9.80665;
-
-/// What an inertial measurement unit shows during a step, held constant over it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Imu<S = f64> {
-    /// Angular rate, in rad/s of the body (not degrees).
-    pub gyroscope: Vector3<S>,
-    /// Specific force, in m/s² of the body: at rest, +g upwards (not multiples of g).
-    pub accelerometer: Vector3<S>,
-    /// Δ, in seconds.
-    pub duration: S,
-}
 
 /// Continuous-time densities of an inertial sensor, as data sheets and Allan plots give them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,8 +1,8 @@
 //! What PLY and PCD have in common: a header that says where x, y and z are.
 
-use super::Points;
-use super::fields::{Binary, Line, Number};
-use crate::io::error::IoError;
+use super::fields::{Binary, Line, Lines, Number};
+use super::{File, Points};
+use crate::io::error::{IoError, IoErrorKind};
 
 /// What a place in a record is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -101,6 +101,24 @@ impl Record {
             }
         }
         Ok(point)
+    }
+
+    /// Reads records from lines; comments and blank lines are none.
+    pub(super) fn ascii_records(
+        &self,
+        file: File<'_>,
+        lines: &mut Lines<'_>,
+        count: usize,
+        mut take: impl FnMut([f64; 3]),
+    ) -> Result<(), IoError> {
+        let mut body = lines.filter(|line| !line.is_comment_or_blank());
+        for given in 0..count {
+            let Some(mut line) = body.next() else {
+                return Err(file.fail(IoErrorKind::TooFewLines { given, promised: count }));
+            };
+            take(self.ascii(&mut line)?);
+        }
+        Ok(())
     }
 
     /// Reads points in bytes.

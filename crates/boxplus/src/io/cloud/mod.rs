@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | [PLY](CloudFormat::Ply) | ascii, binary little and big endian; x, y, z of the element `vertex`, all else passed over | first line `ply` |
 //! | [PCD](CloudFormat::Pcd) | ascii, binary, binary_compressed | a header with `FIELDS` and `DATA` |
-//! | [text](CloudFormat::Text) | XYZ and CSV: two or three numbers first in a line, apart by blanks, commas or semicolons; a header may name the columns x, y, z | anything else that is text |
+//! | [text](CloudFormat::Text) | XYZ and CSV: two or three numbers first in a line, apart by blanks, or by commas or semicolons, between which a field may be empty; a header may name the columns x, y, z | anything else that is text |
 //! | [KITTI](CloudFormat::Kitti) | `.bin`: 32-bit floats x, y, z, intensity; also x, y, z alone | a name in `.bin` |
 //!
 //! All may be packed by gzip. Points with a coordinate that is NaN or infinite, as sensors write where nothing came back, are
@@ -33,6 +33,7 @@ use super::decompress;
 use super::error::{IoError, IoErrorKind};
 use core::{fmt, str::FromStr};
 use fields::{Binary, Number};
+pub(super) use fields::{Line, Lines};
 use nalgebra::Vector3;
 
 /// A file format of point clouds.
@@ -44,8 +45,8 @@ pub enum CloudFormat {
     Pcd,
     /// Numbers in lines: `.xyz`, `.csv`, `.txt`.
     Text,
-    /// Little-endian 32-bit floats without header. Four to a point (x, y, z, intensity) as in KITTI; three where the length of the
-    /// file is no multiple of four, or where a fourth number is no intensity from 0 to 255.
+    /// Little-endian 32-bit floats without header. Four to a point (x, y, z, intensity) as in KITTI; three where their number is no
+    /// multiple of four, or, if it is one of three, where a fourth number is no intensity from 0 to 255.
     Kitti,
 }
 
@@ -141,14 +142,14 @@ pub fn write_ply(points: &[Vector3<f64>]) -> Result<Vec<u8>, IoError> {
 
 /// The bytes of a file, after decompression.
 #[derive(Clone, Copy)]
-struct File<'a> {
-    name: &'a str,
-    bytes: &'a [u8],
+pub(super) struct File<'a> {
+    pub(super) name: &'a str,
+    pub(super) bytes: &'a [u8],
 }
 
 impl File<'_> {
     /// An error about the file as a whole.
-    fn fail(self, kind: IoErrorKind) -> IoError {
+    pub(super) fn fail(self, kind: IoErrorKind) -> IoError {
         IoError { name: self.name.into(), place: None, kind }
     }
 }

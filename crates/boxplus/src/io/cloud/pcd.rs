@@ -36,27 +36,10 @@ pub(super) fn read(file: File<'_>, points: &mut Points) -> Result<(), IoError> {
     let count = header.count(file)?;
     let mut bytes = Binary::new(file, lines.at, false);
     match encoding {
-        Encoding::Ascii => ascii(file, &mut lines, &record, count, points),
+        Encoding::Ascii => record.ascii_records(file, &mut lines, count, |point| points.push(point)),
         Encoding::Binary => record.binary_points(&mut bytes, count, points),
         Encoding::Compressed => compressed(file, &mut bytes, &record, count, points),
     }
-}
-
-fn ascii(
-    file: File<'_>,
-    lines: &mut Lines<'_>,
-    record: &Record,
-    count: usize,
-    points: &mut Points,
-) -> Result<(), IoError> {
-    let mut body = lines.filter(|line| !line.is_comment_or_blank());
-    for given in 0..count {
-        let Some(mut line) = body.next() else {
-            return Err(file.fail(IoErrorKind::TooFewLines { given, promised: count }));
-        };
-        points.push(record.ascii(&mut line)?);
-    }
-    Ok(())
 }
 
 /// The columns x, y and z of a packed body, which stores all of the first field, then all of the next.

@@ -30,8 +30,17 @@ pub(super) fn read(file: File<'_>, points: &mut Points) -> Result<(), IoError> {
         return Err(file.fail(IoErrorKind::NoCoordinates));
     };
     points.planar = !spatial;
+    // What follows the vertices, faces and the like, is not read.
     match encoding {
-        Encoding::Ascii => ascii(file, &mut lines, &elements, points),
+        Encoding::Ascii => {
+            for Element { is_vertex, count, record } in elements {
+                if is_vertex {
+                    return record.ascii_records(file, &mut lines, count, |point| points.push(point));
+                }
+                record.ascii_records(file, &mut lines, count, |_| {})?;
+            }
+            Ok(())
+        }
         Encoding::Binary { big } => {
             let mut bytes = Binary::new(file, lines.at, big);
             for element in elements {
@@ -47,30 +56,6 @@ pub(super) fn read(file: File<'_>, points: &mut Points) -> Result<(), IoError> {
             Ok(())
         }
     }
-}
-
-fn ascii(
-    file: File<'_>,
-    lines: &mut Lines<'_>,
-    elements: &[Element],
-    points: &mut Points,
-) -> Result<(), IoError> {
-    let mut body = lines.filter(|line| !line.clone().is_comment_or_blank());
-    for element in elements {
-        for given in 0..element.count {
-            let Some(mut line) = body.next() else {
-                return Err(file.fail(IoErrorKind::TooFewLines { given, promised: element.count }));
-            };
-            let point = element.record.ascii(&mut line)?;
-            if element.is_vertex {
-                points.push(point);
-            }
-        }
-        if element.is_vertex {
-            break; // faces and what else follows is not read
-        }
-    }
-    Ok(())
 }
 
 fn header(file: File<'_>, lines: &mut Lines<'_>) -> Result<(Encoding, Vec<Element>), IoError> {
