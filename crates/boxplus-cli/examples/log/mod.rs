@@ -1,5 +1,5 @@
 //! What the examples on public logs share: where the data are, what is printed, what is drawn.
-#![allow(dead_code, unreachable_pub, reason = "each example takes what it needs")]
+#![allow(dead_code, unreachable_pub, unused_imports, reason = "each example takes what it needs")]
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "an example talks")]
 
 use std::error::Error;
