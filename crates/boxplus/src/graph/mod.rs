@@ -76,7 +76,8 @@ pub use solve::{
 };
 pub use values::{Key, Values, VariableId};
 pub use variable::{
-    Carries, GroupVariable, ImageVariable, JacobianBlock, Located, TangentResidual, Variable, derivative,
+    CameraVariable, Carries, GroupVariable, JacobianBlock, Located, PointVariable, TangentResidual, Variable,
+    ViewVariable, derivative,
 };
 
 use core::ops::ControlFlow;

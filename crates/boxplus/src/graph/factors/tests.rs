@@ -3,7 +3,7 @@
 use nalgebra::{SMatrix, SVector, Unit, Vector2, Vector3, Vector6, vector};
 
 use super::*;
-use crate::camera::{Pinhole, Snavely, Stereo, View};
+use crate::camera::{Pinhole, Projective, Snavely, Stereo, View};
 use crate::graph::{Factor, GroupVariable, JacobianBlock, Variables, dual_jacobians};
 use crate::lie::{Action, LieGroup, Rn, S2, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
 use crate::trajectory::{Imu, ImuBias, ImuNoise, Moving};
@@ -304,14 +304,21 @@ fn reprojections_have_exact_jacobians_before_the_camera_and_behind_it() {
                 Reprojection { camera: pinhole, pose_from_camera: sensor, measured: vector![300.0, 310.0] };
             check("known camera", &known, &(*x, point));
             check("pair", &Reprojection::new(stereo, vector![300.0, 310.0, 280.0, 310.0]), &(*x, point));
-            let shared = ReprojectionShared::<Pinhole, 2, 9>::new(vector![300.0, 310.0]);
+            let shared = ReprojectionShared::<Pinhole, Rn<3>, 2>::new(vector![300.0, 310.0]);
             check("shared camera", &shared, &(*x, point, pinhole));
             let view = View { world_from_camera: *x, camera: snavely };
             check(
                 "view",
-                &ReprojectionOwn::<View<Snavely, 3, 9>, 2, 9>::new(vector![30.0, 31.0]),
+                &ReprojectionOwn::<View<Snavely, 3, 9>, Rn<3>, 2>::new(vector![30.0, 31.0]),
                 &(view, point),
             );
+            for extent in [1.0, 1e-9, -2.0] {
+                let far = Projective::new(&point.vector(), extent);
+                let own = ReprojectionOwn::<View<Snavely, 3, 9>, Projective, 2>::new(vector![30.0, 31.0]);
+                check("view of a far point", &own, &(view, far));
+                let shared = ReprojectionShared::<Pinhole, Projective, 2>::new(vector![300.0, 310.0]);
+                check("shared camera, far point", &shared, &(*x, far, pinhole));
+            }
         }
     }
 }
