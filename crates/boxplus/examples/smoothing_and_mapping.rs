@@ -82,11 +82,11 @@ impl Told<'_> {
         let [truth, estimate] = [self.truth, self.estimate].map(|values| values.get(key));
         let (truth, estimate) = (truth.ok_or("no truth")?, estimate.ok_or("no estimate")?);
         let sigmas = self.marginals.covariance(key)?.diagonal().map(f64::sqrt);
-        let numbers = |x: SVector<f64, N>| x.iter().map(|x| format!("{x:7.3} ")).collect::<String>();
+        let numbers = |x: SVector<f64, N>| x.iter().map(|x| format!("{x:7.3}")).collect::<Vec<_>>().join(" ");
         let error = truth.rminus(estimate);
-        let errors: String =
-            error.iter().zip(&sigmas).map(|(e, s)| format!("{e:7.3} ±{:5.3} ", 3.0 * s)).collect();
-        println!("{name:10} {} → {} |{errors}", numbers(place(truth)), numbers(place(estimate)));
+        let errors: Vec<_> =
+            error.iter().zip(&sigmas).map(|(e, s)| format!("{e:7.3} ±{:5.3}", 3.0 * s)).collect();
+        println!("{name:10} {} → {} | {}", numbers(place(truth)), numbers(place(estimate)), errors.join(" "));
         Ok(())
     }
 }

@@ -24,19 +24,19 @@ pub struct Files<'a> {
     pub console: Console,
 }
 
-impl Files<'_> {
-    fn read<T>(&self, path: &Path, reader: fn(&[u8], &str) -> Result<T, IoError>) -> Result<T, Error> {
-        let bytes = fs::read(path).map_err(|source| Error::Read { path: path.to_owned(), source })?;
-        reader(&bytes, &path.display().to_string()).map_err(|error| Error::parsing(&error, &bytes))
-    }
+fn read<T>(path: &Path, reader: fn(&[u8], &str) -> Result<T, IoError>) -> Result<T, Error> {
+    let bytes = fs::read(path).map_err(|source| Error::Read { path: path.to_owned(), source })?;
+    reader(&bytes, &path.display().to_string()).map_err(|error| Error::parsing(&error, &bytes))
+}
 
+impl Files<'_> {
     /// The samples of a log; what is odd about it is told.
     fn log<T>(
         &self,
         path: &Path,
         reader: fn(&[u8], &str) -> Result<Log<T>, IoError>,
     ) -> Result<Vec<Stamped<T>>, Error> {
-        let log = self.read(path, reader)?;
+        let log = read(path, reader)?;
         log.oddities.iter().for_each(|oddity| self.console.warn(&format!("{}: {oddity}", path.display())));
         Ok(log.samples)
     }
@@ -52,9 +52,8 @@ pub fn beacons(files: &Files<'_>, config: &config::Beacons) -> Result<Filtered, 
     let [odometry, measurements, landmarks, barcodes] =
         named(files, "ODOMETRY MEASUREMENTS LANDMARKS BARCODES")?;
     let speeds = files.log(odometry, io::read_mrclam_odometry)?;
-    let landmarks = files.read(landmarks, io::read_mrclam_landmarks)?;
-    let subject: HashMap<u32, u32> = files
-        .read(barcodes, io::read_mrclam_barcodes)?
+    let landmarks = read(landmarks, io::read_mrclam_landmarks)?;
+    let subject: HashMap<u32, u32> = read(barcodes, io::read_mrclam_barcodes)?
         .into_iter()
         .map(|[subject, code]| (code, subject))
         .collect();
@@ -119,7 +118,7 @@ pub fn gnss(files: &Files<'_>, config: &config::Gnss) -> Result<Filtered, Error>
         block: InertialState::BLOCKS.motion,
     };
     let fixes: Vec<_> = positions.iter().map(|p| p.map(fix)).collect();
-    let imu = from_first(imu, &positions)?;
+    let imu = from_first(&imu, &positions)?;
 
     let there = InertialState {
         motion: level(&positions, config.heading_deg),
@@ -157,8 +156,8 @@ fn named<'a, const N: usize>(files: &Files<'a>, wanted: &str) -> Result<&'a [Pat
 
 /// Whether a name ends in `.csv`, packed or not.
 fn is_csv(path: &Path) -> bool {
-    let name = path.to_string_lossy().to_lowercase();
-    name.trim_end_matches(".gz").ends_with(".csv")
+    let is = |path: &Path, ending: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending));
+    is(path, "csv") || (is(path, "gz") && is(&path.with_extension(""), "csv"))
 }
 
 fn start_of<T>(what: &str, log: &[Stamped<T>]) -> Result<i64, Error> {
@@ -173,7 +172,7 @@ fn start_of<T>(what: &str, log: &[Stamped<T>]) -> Result<i64, Error> {
 
 /// The readings from the first position on: what holds there is the reading before.
 fn from_first(
-    imu: Vec<Stamped<ImuReading>>,
+    imu: &[Stamped<ImuReading>],
     positions: &[Stamped<Vector3<f64>>],
 ) -> Result<Vec<Stamped<ImuReading>>, Error> {
     let first = start_of("positions", positions)?;
