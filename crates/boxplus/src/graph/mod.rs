@@ -40,6 +40,7 @@ mod names;
 mod noise;
 mod set;
 mod solve;
+mod together;
 mod values;
 mod variable;
 
@@ -67,6 +68,7 @@ pub use solve::{
     Algorithm, Graduated, GraduatedLoss, Graduation, Iteration, Seconds, Solution, SolveOptions, SolveReport,
     Termination,
 };
+pub use together::FactorBatch;
 pub use values::{Key, Values, VariableId};
 pub use variable::{GroupVariable, JacobianBlock, Located, TangentResidual, Variable, derivative};
 
@@ -291,12 +293,12 @@ impl Graph {
             if let Some(kernel) = set.invalid_kernel() {
                 return Err(GraphError::InvalidKernel { kernel });
             }
-            for (place, (kind, name)) in set.kinds().iter().zip(set.kind_names()).enumerate() {
-                let state_of = values.states(kind());
+            for (place, (kind, &name)) in set.kinds().into_iter().zip(set.kind_names()).enumerate() {
+                let state_of = values.states(kind);
                 for slot in (0..set.len()).map(|factor| set.slots(factor)[place]) {
                     match state_of(slot) {
                         Some(State::Finite) => {}
-                        Some(state) => drop(states.insert(VariableId { kind: kind(), slot }, state)),
+                        Some(state) => drop(states.insert(VariableId { kind, slot }, state)),
                         None => return Err(GraphError::ForeignKey { kind: name, number: slot }),
                     }
                 }

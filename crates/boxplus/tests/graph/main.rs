@@ -5,5 +5,6 @@ mod custom;
 mod dense;
 mod faults;
 mod solve;
+mod together;
 mod uncertainty;
 mod world;
