@@ -7,40 +7,11 @@ J_l(tau) = f(ad) with f(z) = sum z^k/(k+1)!, and f([a b; 0 a]) = [f(a), Df(a)[b]
 corner of the series at [ad_tau, ad_delta; 0, ad_tau], summed at 60 digits. Directions are generic, sizes of translations
 run over twelve decades, two rows of three are representable in f32.
 """
-import reference_tables as tables
+from exact import (
+    SIZES, direction, entries, few_angles, left_jacobian, mp_list, numbers, put, rng, se2_ad, se3_ad, sgal3_ad, sim2_ad, sim3_ad,
+    table,
+)
 from mpmath import mp, mpf
-from reference_tables import column, direction, entries, few_angles, left_jacobian, mp_list, numbers, put, rng, skew
-
-
-def se2_ad(tau):
-    return mp.matrix([[0, -tau[2], tau[1]], [tau[2], 0, -tau[0]], [0, 0, 0]])
-
-
-def sim2_ad(tau):
-    x, y, t, s = tau
-    return mp.matrix([[s, -t, y, -x], [t, s, -x, -y], [0] * 4, [0] * 4])
-
-
-def sim3_ad(tau):
-    rho, phi, sigma = tau[:3], tau[3:6], tau[6]
-    ad = mp.zeros(7)
-    put(ad, 0, 0, skew(phi) + sigma * mp.eye(3))
-    put(ad, 0, 3, skew(rho))
-    put(ad, 0, 6, -column(rho))
-    put(ad, 3, 3, skew(phi))
-    return ad
-
-
-def sgal3_ad(tau):
-    rho, phi, nu, iota = tau[:3], tau[3:6], tau[6:9], tau[9]
-    ad = mp.zeros(10)
-    for i in (0, 3, 6):
-        put(ad, i, i, skew(phi))
-    put(ad, 0, 3, skew(rho))
-    put(ad, 6, 3, skew(nu))
-    put(ad, 0, 6, -iota * mp.eye(3))
-    put(ad, 0, 9, column(nu))
-    return ad
 
 
 def derivatives(ad, d_ad):
@@ -72,7 +43,7 @@ def tangent(kind, theta, size, sigma):
 
 GROUPS = {
     "se2": (se2_ad, 3, [(0, 0, 2, 2), (0, 2, 2, 1)]),
-    "se3": (tables.se3_ad, 6, [(0, 0, 3, 3), (0, 3, 3, 3)]),
+    "se3": (se3_ad, 6, [(0, 0, 3, 3), (0, 3, 3, 3)]),
     "sgal3": (sgal3_ad, 10, [(0, 3, 3, 3), (0, 6, 3, 3), (0, 9, 3, 1)]),
     "sim2": (sim2_ad, 4, [(0, 0, 2, 2), (0, 2, 2, 2)]),
     "sim3": (sim3_ad, 7, [(0, 0, 3, 3), (0, 3, 3, 3), (0, 6, 3, 1), (3, 3, 3, 3)]),
@@ -80,13 +51,13 @@ GROUPS = {
 SIGMAS = [0.3, -1.1, 1e-7, 2.0, -0.02, -2.9, 0.0]
 
 
-def table(kind):
+def group_table(kind):
     ad, d, blocks = GROUPS[kind]
     rng.seed("second " + kind)
     rows = []
     thetas = few_angles() + ([4.0, 5.0, 6.0] if kind in ("se2", "se3") else [])
     for i, theta in enumerate(t for t in thetas for _ in range(3)):
-        size = tables.SIZES[i % 5] * (0.5 + rng.random())
+        size = SIZES[i % 5] * (0.5 + rng.random())
         exact32 = i % 3 != 2
         tau = numbers(tangent(kind, theta, size, SIGMAS[i % 7]), exact32)
         delta = numbers(tangent(kind, 0.5 + rng.random(), size, rng.uniform(-1, 1)), exact32)
@@ -94,9 +65,9 @@ def table(kind):
         rows.append(tau + delta + [float(x) for m in results for x in entries(m, *blocks)])
     n = sum(h * w for _, _, h, w in blocks)
     columns = [("tau", d), ("delta", d), ("djl", n), ("djl_inv", n)]
-    tables.further_table(f"second_{kind}.csv", rows, columns)
+    table(f"second_{kind}.csv", rows, columns)
 
 
 if __name__ == "__main__":
     for kind in GROUPS:
-        table(kind)
+        group_table(kind)

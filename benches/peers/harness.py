@@ -22,7 +22,7 @@ from peers import Method, Solver, Unavailable
 
 DATASETS = ("M3500", "sphere2500", "parking-garage", "torus3D")
 GOAL = 1e-3  # relative, above the optimum
-ONE_THREAD = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "RAYON", "VECLIB", "NUMEXPR")}
+POOLS = ("OMP_NUM", "OPENBLAS_NUM", "MKL_NUM", "RAYON_NUM", "VECLIB_NUM", "NUMEXPR_NUM", "PEERS")
 
 
 @dataclass(frozen=True)
@@ -43,6 +43,7 @@ class Run:
     records: list[Record] = field(default_factory=list)
     cpu: float = float("nan")
     wall: float = float("nan")
+    peak: int = 0  # bytes of memory above those at the call of the optimiser
 
 
 @dataclass
@@ -56,12 +57,13 @@ class Measurement:
     wall_to_goal: list[float] = field(default_factory=list)
     cpu_total: list[float] = field(default_factory=list)
     wall_total: list[float] = field(default_factory=list)
+    peak: list[float] = field(default_factory=list)  # bytes
 
 
 class Bench:
     """A graph, written where the solvers read it, and what is needed to run and score them on it."""
 
-    def __init__(self, name: str, source: Path, folder: Path, timeout: float) -> None:
+    def __init__(self, name: str, source: Path, folder: Path, timeout: float, threads: int = 1) -> None:
         if name not in score.OPTIMA:
             raise SystemExit(f"{name}: no known optimum; known are {', '.join(score.OPTIMA)}")
         self.name = name
@@ -69,6 +71,7 @@ class Bench:
         self.path = folder / f"{name}.g2o"
         self._output = folder / "output"
         self._timeout = timeout
+        self._environment = os.environ | {f"{pool}_THREADS": str(threads) for pool in POOLS}
         score.write_g2o(self.graph, self.path)
 
     def above(self, record: Record, objective: str) -> float:
@@ -93,7 +96,7 @@ class Bench:
             capture_output=True,
             text=True,
             timeout=self._timeout,
-            env=os.environ | ONE_THREAD,
+            env=self._environment,
             check=False,
         )
 
@@ -107,7 +110,7 @@ class Bench:
         states = np.fromfile(self._output, dtype="<f8").reshape(-1, *self.graph.poses.shape)
         pairs = zip(report["records"], states, strict=True)
         records = [Record(iteration, cpu, wall, state) for (iteration, cpu, wall), state in pairs]
-        return Run(report["status"], records, *report["total"])
+        return Run(report["status"], records, *report["total"], report["peak"])
 
 
 def _crash(done: subprocess.CompletedProcess[str]) -> str:
@@ -141,6 +144,7 @@ def measure(bench: Bench, solver: Solver, method: Method, so_far: Measurement) -
         so_far.above = bench.above(run.records[-1], method.objective) if run.records else float("nan")
     so_far.cpu_total.append(run.cpu)
     so_far.wall_total.append(run.wall)
+    so_far.peak.append(run.peak)
     if method.traces:
         reached = next((r for r in run.records if bench.above(r, method.objective) <= GOAL), None)
         so_far.iteration = reached.iteration if reached else None
@@ -167,14 +171,14 @@ def _stepped(bench: Bench, solver: Solver, method: Method, so_far: Measurement) 
 Results = dict[str, dict[str, Measurement]]  # by graph, by method
 
 
-def tables(results: Results, methods: dict[str, Method], missing: dict[str, str]) -> str:
-    """A summary and one table a graph, in Markdown."""
-    lines = [f"CPU seconds (median) to a cost within {GOAL:.1%} of the optimum:", ""]
-    lines += [f"| solver | {' | '.join(results)} |", "|---" * (1 + len(results)) + "|"]
-    for key, method in methods.items():
-        cells = [_summary(results[graph].get(key)) for graph in results]
-        lines.append(f"| {method.label} | {' | '.join(cells)} |")
+def tables(results: Results, methods: dict[str, Method], missing: dict[str, str], threads: int = 1) -> str:
+    """Summaries of time and memory and one table a graph, in Markdown."""
+    clock = "CPU" if threads == 1 else "Wall-clock"
+    lines = [f"{clock} seconds (median) to a cost within {GOAL:.1%} of the optimum:", ""]
+    lines += _overview(results, methods, lambda m: _summary(m, m.cpu_to_goal if threads == 1 else m.wall_to_goal))
     lines += [f"| {name} | {' | '.join(['not installed'] * len(results))} |" for name in missing]
+    lines += ["", "Memory: MB of growth (median) from the call of the optimiser to its own stop:", ""]
+    lines += _overview(results, methods, lambda m: f"{_median(m.peak) / 1e6:.1f}" if np.isfinite(m.above) else "–")
     for graph, measured in results.items():
         lines += ["", f"**{graph}**", "", _HEADER, "|---" * _HEADER.count(" | ") + "|---|"]
         order = sorted(measured, key=lambda key: (_median(measured[key].cpu_to_goal), measured[key].above))
@@ -190,11 +194,17 @@ _HEADER = (
 )
 
 
-def _summary(measurement: Measurement | None) -> str:
-    if measurement is None:
-        return "–"
-    if measurement.cpu_to_goal:
-        return f"{_median(measurement.cpu_to_goal):.4f}"
+def _overview(results: Results, methods: dict[str, Method], cell: Callable[[Measurement], str]) -> list[str]:
+    lines = [f"| solver | {' | '.join(results)} |", "|---" * (1 + len(results)) + "|"]
+    for key, method in methods.items():
+        measured = [results[graph].get(key) for graph in results]
+        lines.append(f"| {method.label} | {' | '.join('–' if m is None else cell(m) for m in measured)} |")
+    return lines
+
+
+def _summary(measurement: Measurement, to_goal: list[float]) -> str:
+    if to_goal:
+        return f"{_median(to_goal):.4f}"
     return "did not reach" if np.isfinite(measurement.above) else measurement.status.split(":")[0]
 
 
@@ -236,7 +246,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--only", nargs="+", choices=keys, metavar="METHOD", help=f"of {' '.join(keys)}")
     parser.add_argument("--all", action="store_true", help="measure every method, not the standard ones alone")
     parser.add_argument("--timeout", type=float, default=120.0, help="wall seconds for one run (default: 120)")
-    parser.add_argument("--core", type=int, help="the core to run on (default: the last one allowed)")
+    parser.add_argument("--threads", type=int, default=1, metavar="N", help="threads, a core for each (default: 1)")
     parser.add_argument("--results", type=Path, default=peers.HERE / "results.json")
     return parser.parse_args()
 
@@ -280,10 +290,12 @@ def main() -> None:
     folder = data_folder()
     solvers, missing = install(methods)
     methods = {key: method for key, method in methods.items() if method.solver in solvers}
-    os.sched_setaffinity(0, {max(os.sched_getaffinity(0)) if options.core is None else options.core})
+    os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[-options.threads :])
     results: Results = {}
     with tempfile.TemporaryDirectory() as scratch:
-        benches = [Bench(n, dataset(folder, n), Path(scratch), options.timeout) for n in options.datasets]
+        benches = [
+            Bench(n, dataset(folder, n), Path(scratch), options.timeout, options.threads) for n in options.datasets
+        ]
         for repetition in range(options.repeat):
             for bench in benches:
                 measured = results.setdefault(bench.name, {})
@@ -301,10 +313,10 @@ def main() -> None:
         "results": {graph: {k: asdict(m) for k, m in measured.items()} for graph, measured in results.items()},
     }
     options.results.write_text(json.dumps(report, indent=1), encoding="utf-8")
-    print(f"{context['date']}, {context['cpu']} ({context['cores']} cores), one thread on one core, ", end="")
+    print(f"{context['date']}, {context['cpu']} ({context['cores']} cores, {options.threads} used), ", end="")
     print(f"{options.repeat} interleaved repetitions, {context['rustc']}, Python {context['python']}; ", end="")
     print(", ".join(versions.values()) + ".\n")
-    print(tables(results, methods, missing))
+    print(tables(results, methods, missing, options.threads))
 
 
 if __name__ == "__main__":

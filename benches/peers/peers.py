@@ -108,7 +108,7 @@ def _crate(package: str, binary: str) -> Callable[[], Solver]:
     """A solver in Rust, with our driver."""
 
     def build() -> Solver:
-        _call("cargo", "build", "--release", "--locked", "--features", package, "--bin", binary)
+        _call("cargo", "build", "--release", "--features", package, "--bin", binary)
         target = Path(os.environ.get("CARGO_TARGET_DIR", HERE / "target"))
         lock = (HERE / "Cargo.lock").read_text(encoding="utf-8")
         version = lock.split(f'name = "{package}"\nversion = "', 1)[1].split('"', 1)[0]

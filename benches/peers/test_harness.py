@@ -22,7 +22,8 @@ iterations = int(sys.argv[4]) if len(sys.argv) > 4 else 10
 poses = [0.0, 0.0, 0.0, 2.0 ** -iterations, 0.0, 0.0, 0.0, 0.0, 0.0]
 pathlib.Path(sys.argv[3]).write_bytes(struct.pack("<9d", *poses))
 seconds = 1e-9 * (1 + iterations)
-print(json.dumps({"status": "cost", "records": [[iterations, seconds, 2 * seconds]], "total": [2.0, 3.0]}))
+records = [[iterations, seconds, 2 * seconds]]
+print(json.dumps({"status": "cost", "records": records, "total": [2.0, 3.0], "peak": 4_000_000}))
 """
 
 
@@ -53,6 +54,9 @@ def test_boxplus_is_stepped_to_the_first_iteration_within_the_goal(bench: Bench,
     assert measurement.wall_total == [3.0, 3.0]
     assert measurement.above == pytest.approx(4.0**-10)
     assert measurement.status == "cost"
+    assert measurement.peak == [4e6, 4e6]
+    table = harness.tables({"straw": {"boxplus": measurement}}, {"boxplus": METHOD}, {}, threads=2)
+    assert "Wall-clock seconds" in table and "| boxplus | 4.0 |" in table
 
 
 @pytest.mark.parametrize(

@@ -4,9 +4,11 @@
 
 #include <ceres/ceres.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
 #include <ctime>
 #include <fstream>
 #include <iostream>
@@ -76,15 +78,31 @@ Seconds Now() {
 }
 
 // Copies the state after each iteration while the clock stands still.
+// Bytes that the process has (VmRSS), or had at most since the mark was reset (VmHWM).
+long Memory(const std::string& field) {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.rfind(field, 0) == 0) return 1024 * std::atol(line.c_str() + field.size() + 1);
+  }
+  return 0;
+}
+
 class Recorder : public ceres::IterationCallback {
  public:
   explicit Recorder(const std::vector<double>& state) : state_(state) {}
 
-  void Start() { started_ = Now(); }
+  void Start() {
+    if (before_ < 0) {
+      std::ofstream("/proc/self/clear_refs") << 5;  // the mark of the high water
+      before_ = Memory("VmRSS");
+    }
+    started_ = Now();
+  }
 
   void Stop() {
     const Seconds now = Now();
     elapsed_ = {elapsed_.cpu + now.cpu - started_.cpu, elapsed_.wall + now.wall - started_.wall};
+    peak_ = std::max(peak_, Memory("VmHWM") - before_ - static_cast<long>(states_.size() * sizeof(double)));
   }
 
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
@@ -101,7 +119,8 @@ class Recorder : public ceres::IterationCallback {
         .write(reinterpret_cast<const char*>(states_.data()),
                static_cast<std::streamsize>(states_.size() * sizeof(double)));
     std::cout << "{\"status\": \"" << status << "\", \"records\": ["
-              << records_.str() << "], \"total\": [" << elapsed_.cpu << ", " << elapsed_.wall << "]}\n";
+              << records_.str() << "], \"total\": [" << elapsed_.cpu << ", " << elapsed_.wall << "], \"peak\": "
+              << peak_ << "}\n";
   }
 
  private:
@@ -109,6 +128,7 @@ class Recorder : public ceres::IterationCallback {
   std::vector<double> states_;
   std::ostringstream records_;
   Seconds started_, elapsed_;
+  long before_ = -1, peak_ = 0;
 };
 
 template <typename Between>
@@ -167,7 +187,8 @@ int Run(const std::vector<std::string>& arguments, const std::string& vertex, co
 
   Recorder recorder(state);
   ceres::Solver::Options options;
-  options.num_threads = 1;
+  const char* threads = std::getenv("PEERS_THREADS");
+  options.num_threads = threads == nullptr ? 1 : std::atoi(threads);
   options.logging_type = ceres::SILENT;
   options.update_state_every_iteration = true;
   options.callbacks.push_back(&recorder);

@@ -2,12 +2,15 @@
 
 ``driver GRAPH.g2o METHOD POSES [MAX_ITERATIONS]`` writes the poses of every recorded state to POSES (raw little-endian
 doubles, states × poses × 3 or 7, rows by vertex id) and prints one JSON object:
-``{"status": …, "records": [[iteration, cpu, wall], …], "total": [cpu, wall]}``, seconds since the optimiser was called.
+``{"status": …, "records": [[iteration, cpu, wall], …], "total": [cpu, wall], "peak": bytes}``: seconds since the
+optimiser was called, and how far the resident memory grew above what it was then, recorded states left out.
+``PEERS_THREADS`` in the environment is the number of threads to use.
 """
 
 from __future__ import annotations
 
 import json
+import re
 import sys
 import time
 from pathlib import Path
@@ -15,6 +18,13 @@ from pathlib import Path
 import numpy as np
 
 Seconds = tuple[float, float]  # CPU, wall
+PROCESS = Path("/proc/self")
+
+
+def memory(field: str) -> int:
+    """Bytes that the process has (VmRSS), or had at most since the mark was reset (VmHWM)."""
+    found = re.search(rf"{field}:\s+(\d+) kB", (PROCESS / "status").read_text(encoding="ascii"))
+    return int(found[1]) * 1024 if found else 0
 
 
 class Recorder:
@@ -25,9 +35,14 @@ class Recorder:
         self._states: list[bytes] = []
         self._elapsed: Seconds = (0.0, 0.0)
         self._started: Seconds | None = None
+        self._before: int | None = None  # bytes
+        self._peak = 0
 
     def start(self) -> None:
         """Let the time run."""
+        if self._before is None:
+            (PROCESS / "clear_refs").write_text("5", encoding="ascii")  # the mark of the high water
+            self._before = memory("VmRSS")
         self._started = (time.process_time(), time.perf_counter())
 
     def stop(self) -> None:
@@ -37,6 +52,7 @@ class Recorder:
             cpu, wall = (e + n - s for e, n, s in zip(self._elapsed, now, self._started, strict=True))
             self._elapsed = (cpu, wall)
             self._started = None
+            self._peak = max(self._peak, memory("VmHWM") - (self._before or 0) - sum(map(len, self._states)))
 
     def keep(self, iteration: int, poses: np.ndarray) -> None:
         """Record a state, at the time held."""
@@ -46,7 +62,8 @@ class Recorder:
     def report(self, status: str, path: Path) -> None:
         """Write the states, print the records."""
         path.write_bytes(b"".join(self._states))
-        json.dump({"status": status, "records": self._records, "total": self._elapsed}, sys.stdout)
+        report = {"status": status, "records": self._records, "total": self._elapsed, "peak": self._peak}
+        json.dump(report, sys.stdout)
 
 
 def quaternions(rotations: np.ndarray) -> np.ndarray:

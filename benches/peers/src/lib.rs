@@ -44,11 +44,25 @@ impl Arguments {
     }
 }
 
-/// A stopwatch of CPU and wall time that stands still while states are copied.
+/// The number of threads to use, `PEERS_THREADS` of the environment: one unless given.
+pub fn threads() -> usize {
+    env::var("PEERS_THREADS").ok().and_then(|text| text.parse().ok()).unwrap_or(1)
+}
+
+/// Bytes that the process has (`VmRSS`), or had at most since the mark was reset (`VmHWM`).
+fn memory(field: &str) -> usize {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix(field)).unwrap_or_default();
+    line.split_whitespace().nth(1).and_then(|kilobytes| kilobytes.parse::<usize>().ok()).unwrap_or(0) * 1024
+}
+
+/// A stopwatch of CPU and wall time that stands still while states are copied, and the growth of the memory.
 #[derive(Debug, Default)]
 pub struct Recorder {
     elapsed: [Duration; 2],
     started: Option<(ProcessTime, Instant)>,
+    before: Option<usize>,
+    peak: usize,
     records: Vec<String>,
     states: Vec<f64>,
 }
@@ -56,6 +70,10 @@ pub struct Recorder {
 impl Recorder {
     /// Lets the time run.
     pub fn start(&mut self) {
+        if self.before.is_none() {
+            let _ = fs::write("/proc/self/clear_refs", "5"); // the mark of the high water
+            self.before = Some(memory("VmRSS"));
+        }
         self.started = Some((ProcessTime::now(), Instant::now()));
     }
 
@@ -64,6 +82,8 @@ impl Recorder {
         if let Some((cpu, wall)) = self.started.take() {
             self.elapsed[0] += cpu.elapsed();
             self.elapsed[1] += wall.elapsed();
+            let kept = self.before.unwrap_or(0) + size_of_val(self.states.as_slice());
+            self.peak = self.peak.max(memory("VmHWM").saturating_sub(kept));
         }
     }
 
@@ -91,7 +111,8 @@ impl Recorder {
         fs::write(poses, bytes)?;
         let [cpu, wall] = self.seconds();
         let (records, status) = (self.records.join(", "), status.replace(['"', '\\', '\n'], " "));
-        println!(r#"{{"status": "{status}", "records": [{records}], "total": [{cpu}, {wall}]}}"#);
+        let peak = self.peak;
+        println!(r#"{{"status": "{status}", "records": [{records}], "total": [{cpu}, {wall}], "peak": {peak}}}"#);
         Ok(())
     }
 

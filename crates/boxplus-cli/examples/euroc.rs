@@ -2,8 +2,7 @@
 //! (2016), with the ground truth recomputed by OpenVINS.
 //!
 //! Positions of the truth, one a second, each off by 5 cm, correct what the sensor says in between. Orientation and velocity follow from
-//! them alone. The error is the global one: on the local side the first turns teach the filter a heading that is
-//! wrong and certain, a NEES of 35 against 1.2 (`docs/logs.md`).
+//! them alone. The error is the global one; on this log the local one does as well (`docs/logs.md`).
 //!
 //! Arguments: the folder of the public data, a picture to draw.
 

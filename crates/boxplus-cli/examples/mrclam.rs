@@ -54,14 +54,14 @@ fn localise(folder: &Path, robot: usize) -> Outcome<(Row, Run)> {
     let start_ns = odometry.first().ok_or("no odometry")?.stamp_ns;
     let there = truth.iter().find(|pose| pose.stamp_ns >= start_ns).ok_or("no truth")?.value;
     let start = Gaussian::<SE2, 3>::from_sigmas(there, &START.into())?;
+    let drift = Covariance::from_sigmas(&DRIFT.into())?;
     let mut course = Course::forward(Ekf::iterated().gated(Gate::at(0.9999)), start_ns, start);
     course.follow(
         &odometry,
         &seen,
         |speed: &Twist2, duration| {
-            let drift = Covariance::unit()
-                .transformed(&(nalgebra::Matrix3::from_diagonal(&DRIFT.into()) * duration.sqrt()));
-            (Odometry { noise: drift }, vector![speed.forward, 0.0, speed.turning] * duration)
+            let noise = drift * duration.sqrt();
+            (Odometry { noise }, vector![speed.forward, 0.0, speed.turning] * duration)
         },
         |course, sighting| {
             course.update(sighting);
@@ -75,12 +75,7 @@ fn localise(folder: &Path, robot: usize) -> Outcome<(Row, Run)> {
     let landmarks = landmarks.into_iter().map(|landmark| landmark.push(0.0)).collect();
     let picture = Run {
         title: format!("MRCLAM 6, robot {robot}"),
-        facts: format!(
-            "position {:.3} m, heading {:.2}° rms · {:.1} % of errors inside 3σ",
-            score.rmse(0..2),
-            score.rmse(2..3).to_degrees(),
-            100.0 * row.inside
-        ),
+        facts: log::facts(&row),
         path: Some(log::path(false, band, truth, landmarks)),
         charts: log::charts(
             &score,

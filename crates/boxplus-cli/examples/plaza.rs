@@ -16,7 +16,7 @@ use boxplus::recording::{Course, Log, Score, Stamped, Twist2, seconds};
 use boxplus::uncertainty::{Covariance, Gaussian};
 use boxplus_cli::draw::Run;
 use log::{DEGREES, Outcome, Report, Row};
-use nalgebra::{Matrix3, Vector2, vector};
+use nalgebra::{Vector2, vector};
 
 /// Errors of the odometry that grow with √seconds: ahead in m, sideways in m, of the heading in rad.
 const DRIFT: [f64; 3] = [0.1, 0.05, 0.02];
@@ -56,14 +56,14 @@ pub(crate) fn run(folder: &Path) -> Outcome<Report> {
 
     let start_ns = speeds.first().ok_or("no odometry")?.stamp_ns;
     let start = Gaussian::<SE2, 3>::from_sigmas(truth.first().ok_or("no truth")?.value, &START.into())?;
+    let drift = Covariance::from_sigmas(&DRIFT.into())?;
     let mut course = Course::smoothing(Ekf::iterated().gated(Gate::at(0.999)), start_ns, start);
     course.follow(
         &speeds,
         &heard,
         |speed: &Twist2, duration| {
-            let drift = Matrix3::from_diagonal(&DRIFT.into()) * duration.sqrt();
-            let step = vector![speed.forward, 0.0, speed.turning] * duration;
-            (Odometry { noise: Covariance::unit().transformed(&drift) }, step)
+            let noise = drift * duration.sqrt();
+            (Odometry { noise }, vector![speed.forward, 0.0, speed.turning] * duration)
         },
         |course, range| {
             course.update(range);

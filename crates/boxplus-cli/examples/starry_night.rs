@@ -9,14 +9,15 @@ mod log;
 
 use std::path::Path;
 
-use boxplus::filter::{Ekf, Gate, Odometry, StereoCamera, StereoSighting};
+use boxplus::camera::Stereo;
+use boxplus::filter::{Ekf, Gate, Odometry, StereoSighting};
 use boxplus::io::{IoError, Layout, Stamp, Unit, decompress, read_log};
 use boxplus::lie::{LieGroup, SE3, SO3};
 use boxplus::recording::{Course, Log, Score, Stamped};
 use boxplus::uncertainty::{Covariance, Gaussian};
 use boxplus_cli::draw::Run;
 use log::{DEGREES, Outcome, Report, Row};
-use nalgebra::{Matrix3, SMatrix, Vector3, Vector4, Vector6};
+use nalgebra::{Matrix3, Vector3, Vector4, Vector6};
 
 /// At the start: metres and radians.
 const START: f64 = 0.1;
@@ -39,14 +40,12 @@ pub(crate) fn run(folder: &Path) -> Outcome<Report> {
 
     let first = poses.first().ok_or("no pose")?;
     let start = Gaussian::<SE3, 6>::from_sigmas(first.value, &Vector6::repeat(START))?;
+    let speed_noise = Covariance::from_sigmas(&constants.speed_sigmas)?;
     let mut course = Course::smoothing(Ekf::iterated().gated(Gate::at(0.9999)), first.stamp_ns, start);
     course.follow(
         &speeds,
         &seen,
-        |speed: &Vector6<f64>, duration| {
-            let noise = SMatrix::from_diagonal(&(constants.speed_sigmas * duration));
-            (Odometry { noise: Covariance::unit().transformed(&noise) }, speed * duration)
-        },
+        |speed: &Vector6<f64>, duration| (Odometry { noise: speed_noise * duration }, speed * duration),
         |course, sighting| {
             course.update(sighting);
         },
@@ -81,7 +80,8 @@ pub(crate) fn run(folder: &Path) -> Outcome<Report> {
 
 /// What the head of the file says.
 struct Constants {
-    camera: StereoCamera,
+    camera: Stereo,
+    camera_from_body: SE3,
     pixel_sigmas: Vector4<f64>,
     /// Of the velocity, then of the rate.
     speed_sigmas: Vector6<f64>,
@@ -102,12 +102,12 @@ impl Constants {
         let body_from_camera = SE3::new(camera_from_body.inverse(), Vector3::from_row_slice(&place));
         let landmarks = (1..).map(|j| of(&format!("landmark {j}: rho_i_pj_i"))).take_while(|l| l.len() == 3);
         Ok(Self {
-            camera: StereoCamera {
+            camera: Stereo {
                 focal: [one("fu")?, one("fv")?],
                 centre: [one("cu")?, one("cv")?],
                 baseline: one("b")?,
-                camera_from_body: body_from_camera.inverse(),
             },
+            camera_from_body: body_from_camera.inverse(),
             pixel_sigmas: Vector4::from_row_slice(&pixels).map(f64::sqrt),
             speed_sigmas: Vector6::from_iterator(speed.into_iter().chain(rate)).map(f64::sqrt),
             landmarks: landmarks.map(|l| Vector3::from_row_slice(&l)).collect(),
@@ -120,6 +120,7 @@ impl Constants {
         let noise = Covariance::from_sigmas(&self.pixel_sigmas).ok()?;
         Some(StereoSighting {
             camera: self.camera,
+            camera_from_body: self.camera_from_body,
             landmark: *landmark,
             measured: Vector4::from_row_slice(pixels),
             noise,

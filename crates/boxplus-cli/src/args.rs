@@ -9,7 +9,9 @@ use boxplus::registration::{Kernel, Method as Alignment};
 use clap::{Args, Parser, Subcommand, ValueHint};
 use clap_complete::Shell;
 
-use crate::choices::{Algorithm, Chart, Format, Gauge, Indefinite, Init, Robust, simulator};
+use crate::choices::{
+    Algorithm, Behind, Chart, Format, Gauge, Indefinite, Init, Intrinsics, Robust, simulator,
+};
 use crate::consistency::{self, Consistency};
 use crate::pose;
 use crate::pose::args::Pose;
@@ -59,7 +61,7 @@ pub struct Global {
 /// What to do.
 #[derive(Debug, Subcommand)]
 pub enum Verb {
-    /// Find the most likely poses of a graph.
+    /// Find the most likely poses of a graph, or cameras and points of a bundle.
     #[command(after_help = SOLVE_EXAMPLES)]
     Solve(Box<Solve>),
     /// Say what is in a file, and what is wrong with it.
@@ -100,10 +102,15 @@ Examples:
   boxplus solve map.g2o --robust pcm+gnc-tls
   boxplus solve map.g2o --certify
   gzip -dc map.g2o.gz | boxplus solve - -o - > solved.g2o
+  boxplus solve problem-49-7776-pre.txt.bz2 -o adjusted.ply --plot adjusted.svg --robust huber:2
+  boxplus solve demo:city --size 200 -o colmap/
 
 The cost is ½ Σ eᵀΩe, and --chart says what e is: the full logarithm on the group (log), or what g2o, Ceres' pose-graph
 example and SE-Sync minimise. All four are printed at the result. Ctrl-C stops after the iteration under way and keeps
-the best poses so far; a second one aborts.";
+the best poses so far; a second one aborts.
+
+Files of Bundle Adjustment in the Large (known by their content, plain, gzip or bzip2) are adjusted: -o takes .bal or .txt, .ply, or a
+folder for COLMAP's text files; --fix and --robust count views and pixels.";
 
 /// Options of `solve`.
 #[derive(Args, Debug)]
@@ -155,6 +162,12 @@ pub struct Method {
     /// Edges whose information matrix is not positive definite.
     #[arg(long, value_name = "POLICY", default_value = "reject", alias = "indefinite")]
     pub information: Indefinite,
+    /// Of bundles: what is estimated of the cameras; own unless given.
+    #[arg(long, value_name = "WHICH")]
+    pub intrinsics: Option<Intrinsics>,
+    /// Of bundles: observations of points behind their camera; keep unless given.
+    #[arg(long, value_name = "POLICY")]
+    pub behind: Option<Behind>,
     /// Stop after so many steps.
     #[arg(long, value_name = "N")]
     pub max_iterations: Option<usize>,
@@ -327,8 +340,8 @@ pub struct Completions {
 /// Where a graph comes from.
 #[derive(Args, Debug)]
 pub struct Input {
-    /// A file (plain or gzip), `-` for standard input, or `demo:NAME` for a simulated graph: sphere, torus, grid,
-    /// manhattan, garage, landmarks.
+    /// A file (plain or packed), `-` for standard input, or `demo:NAME` for a simulated graph: sphere, torus, grid,
+    /// manhattan, garage, landmarks; to solve also a bundle: ring, street, city.
     #[arg(value_name = "INPUT", value_hint = ValueHint::FilePath)]
     pub source: PathBuf,
     /// Format of the input, where its name and content do not say.
@@ -343,7 +356,7 @@ const SIMULATED: &str = "Simulated graphs";
 /// The size of a simulated world.
 #[derive(Args, Clone, Copy, Debug, Default, PartialEq)]
 pub struct World {
-    /// Number of poses.
+    /// Number of poses, or of views.
     #[arg(long, value_name = "N", help_heading = SIMULATED)]
     pub size: Option<usize>,
     /// Noise of its measurements as a multiple of the usual; 0 is none.

@@ -7,7 +7,7 @@ use boxplus::graph::{GraduatedLoss, Graduation, Kernel};
 use boxplus::pose_graph::simulate::Simulator;
 use boxplus::pose_graph::solve::{Pairwise, Switches};
 use boxplus::pose_graph::{self, ChartKind};
-use boxplus::{graph, io};
+use boxplus::{bundle_adjustment, graph, io};
 use clap::ValueEnum;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
@@ -89,6 +89,8 @@ pub enum Init {
     SpanningTree,
     /// Rotations by relaxation to matrices, then positions, both linear
     Chordal,
+    /// The map as it grew, piece by piece, where landmarks close loops
+    Grown,
 }
 
 impl Init {
@@ -99,6 +101,7 @@ impl Init {
             Self::File => graph::Initial::AsGiven,
             Self::SpanningTree => graph::Initial::SpanningTree,
             Self::Chordal => graph::Initial::Chordal,
+            Self::Grown => graph::Initial::Grown,
         }
     }
 }
@@ -226,6 +229,57 @@ impl Indefinite {
             Self::Clamp => pose_graph::Indefinite::Clamp,
             Self::Isotropic => pose_graph::Indefinite::Isotropic,
             Self::Skip => pose_graph::Indefinite::Skip,
+        }
+    }
+}
+
+/// What is estimated of the cameras of a bundle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Intrinsics {
+    /// Those of every view
+    #[default]
+    Own,
+    /// Those of one camera that took all views
+    Shared,
+    /// None: they are known
+    Known,
+}
+
+impl Intrinsics {
+    /// For machines.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Own => "own",
+            Self::Shared => "shared",
+            Self::Known => "known",
+        }
+    }
+
+    /// The library's word.
+    pub fn library(self) -> bundle_adjustment::Intrinsics {
+        match self {
+            Self::Own => bundle_adjustment::Intrinsics::Own,
+            Self::Shared => bundle_adjustment::Intrinsics::Shared,
+            Self::Known => bundle_adjustment::Intrinsics::Known,
+        }
+    }
+}
+
+/// What becomes of observations of points behind their camera.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Behind {
+    /// They take part by the bare formula, as in Ceres
+    Keep,
+    /// They are left out, as in GTSAM
+    LeaveOut,
+}
+
+impl Behind {
+    /// The library's word.
+    pub fn library(self) -> bundle_adjustment::Behind {
+        match self {
+            Self::Keep => bundle_adjustment::Behind::Keep,
+            Self::LeaveOut => bundle_adjustment::Behind::LeaveOut,
         }
     }
 }

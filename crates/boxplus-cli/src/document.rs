@@ -279,14 +279,16 @@ impl Seconds {
             initialise: solved.seconds.build + solved.seconds.initialise,
             optimise: solved.seconds.optimise,
             total,
-            phases: Phases {
-                analyse: phases.analyse,
-                linearise: phases.linearise,
-                factorise: phases.factorise,
-                solve: phases.solve,
-                evaluate: phases.evaluate,
-            },
+            phases: Phases::of(phases),
         }
+    }
+}
+
+impl Phases {
+    /// Those of an optimisation.
+    pub fn of(seconds: &boxplus::graph::Seconds) -> Self {
+        let &boxplus::graph::Seconds { analyse, linearise, factorise, solve, evaluate, .. } = seconds;
+        Self { analyse, linearise, factorise, solve, evaluate }
     }
 }
 
@@ -318,9 +320,14 @@ impl Initialisation {
 impl Trial {
     /// The solver counts in ½ Σ eᵀΩe, `factor` times that is what the chart's tool prints.
     fn new(iteration: &Iteration, solved: &Solved, factor: f64) -> Self {
+        let trial = Self::of(iteration);
+        Self { cost: factor * trial.cost, seconds: solved.seconds.initialise + trial.seconds, ..trial }
+    }
+
+    /// As the solver counts.
+    pub fn of(iteration: &Iteration) -> Self {
         let &Iteration { cost, gradient, step, damping, accepted, seconds, .. } = iteration;
-        let seconds = solved.seconds.initialise + seconds;
-        Self { cost: factor * cost, gradient, step, damping, accepted, seconds }
+        Self { cost, gradient, step, damping, accepted, seconds }
     }
 }
 

@@ -4,6 +4,7 @@
 mod align;
 mod args;
 mod before_after;
+mod bundle;
 mod choices;
 mod consistency;
 mod convert;

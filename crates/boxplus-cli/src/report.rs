@@ -1,6 +1,6 @@
 //! What `solve` says: one readable screen.
 
-use crate::document::{CertificateReport, DescentReport, Seconds, SolveDocument, WorstEdge};
+use crate::document::{CertificateReport, DescentReport, Seconds, SolveDocument, Trial, WorstEdge};
 use crate::output::{DIM, GOOD, STRONG, WARN};
 use crate::text::{count, duration, grouped, significant};
 
@@ -25,7 +25,7 @@ impl SolveDocument {
         rows.extend(self.mended());
         rows.extend(self.worst_rows(if verbose { self.worst_edges.len() } else { WORST }));
         if verbose {
-            rows.extend(self.trace_rows());
+            rows.extend(Trial::rows(&self.trace));
         }
         rows.join("\n")
     }
@@ -164,13 +164,16 @@ impl SolveDocument {
         }
         rows
     }
+}
 
-    fn trace_rows(&self) -> Vec<String> {
+impl Trial {
+    /// A table of the steps.
+    pub fn rows(trace: &[Self]) -> Vec<String> {
         let title = row(
             "",
             &format!("{DIM}step   cost             gradient    step        damping     seconds{DIM:#}"),
         );
-        let rows = self.trace.iter().enumerate().map(|(i, s)| {
+        let rows = trace.iter().enumerate().map(|(i, s)| {
             let mark = if s.accepted { ' ' } else { '×' };
             let number = |x: f64| format!("{x:<11.3e}");
             let line = format!(

@@ -11,26 +11,31 @@ use boxplus::pose_graph::{PoseGraph, SolveSettings, Solved};
 
 use crate::args::{Global, Method, Solve};
 use crate::before_after;
+use crate::bundle;
 use crate::choices::Format;
 use crate::convert::{format, save};
 use crate::document::SolveDocument;
 use crate::error::{Error, Outcome};
-use crate::input::{self, Loaded};
+use crate::input::{self, Loaded, Problem};
 use crate::interrupt;
 use crate::output::{self, Console};
 use crate::plot::{self, Picture};
 use crate::progress::Progress;
-use crate::text::significant;
+use crate::text::{grouped, significant};
 
 /// Reads, optimises, reports and writes.
 pub fn run(options: &Solve, global: &Global, console: Console) -> Result<Outcome, Error> {
     let started = Instant::now();
+    interrupt::watch();
+    let loaded =
+        match input::load_problem(&options.input, global, console.beside(options.output.as_deref())?)? {
+            Problem::Graph(loaded) => *loaded,
+            Problem::Bundle(loaded) => return bundle::run(&loaded, options, global, (console, started)),
+        };
+    refuse_what_is_for_bundles(&options.method)?;
     let output = options.output.as_deref().map(|path| result_format(path, options.to)).transpose()?;
     let picture = options.plot.as_deref().map(Picture::of).transpose()?;
     let console = console.beside(options.output.as_deref())?;
-    interrupt::watch();
-
-    let loaded = input::load(&options.input, global, console)?;
     let settings = settings(&options.method, global);
     let solved = optimise(&loaded.graph, &loaded, &settings, console)?;
     let (solved, certificate) =
@@ -61,6 +66,18 @@ pub fn run(options: &Solve, global: &Global, console: Console) -> Result<Outcome
     let stopped = solved.report.termination == Termination::Interrupted
         || certificate.is_some_and(|certificate| certificate.stopped);
     Ok(outcome(&solved, stopped, options.output.is_some(), console))
+}
+
+/// Options that say something to bundles only.
+fn refuse_what_is_for_bundles(method: &Method) -> Result<(), Error> {
+    if method.intrinsics.is_none() && method.behind.is_none() {
+        return Ok(());
+    }
+    Err(Error::Usage {
+        message: "--intrinsics and --behind are for bundles of cameras and points; this is a pose graph"
+            .to_owned(),
+        help: Some("leave them out".to_owned()),
+    })
 }
 
 /// The format of the result, which must hold poses.
@@ -145,6 +162,14 @@ fn optimise(
     let (mut steps, factor) = (0, settings.chart.factor());
     let observe = &mut |event: Event<'_>| {
         match event {
+            Event::Growing(map) => {
+                progress.now(format!(
+                    "growing the map: {} of {} poses, cost {}",
+                    grouped(map.poses),
+                    grouped(map.of),
+                    significant(factor * map.cost, 6)
+                ));
+            }
             Event::Initialised(_, cost) => {
                 progress.now(format!("optimising from cost {}", significant(cost, 6)));
             }

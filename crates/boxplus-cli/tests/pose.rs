@@ -153,6 +153,15 @@ fn two_estimates_that_agree_halve_the_variance() {
 }
 
 #[test]
+fn two_estimates_that_contradict_each_other_have_a_probability_however_small() {
+    // χ² = 2²/(0.1² + 0.1²) = 200 of 3: Q = erfc(√100) + √(400/π)·e⁻¹⁰⁰ = 4.2e-43.
+    let estimate = |x: u32| format!("position=[{x},0],yaw=0,sigmas=[0.1,0.1,0.1]");
+    let fused = Folder::new().boxplus(&format!("pose fuse {} {} --json", estimate(0), estimate(2)));
+    let p = computed(&fused)["fit"]["p_value"].as_f64().unwrap();
+    assert!((p / 4.22e-43 - 1.0).abs() < 0.01, "{p:e}");
+}
+
+#[test]
 fn a_point_seen_with_an_uncertain_heading_comes_closer_on_average() {
     let seen = computed(
         &Folder::new().boxplus("pose act position=[0,0],yaw=0,sigmas=[0,0,0.3] position=[1,0] --json"),

@@ -228,7 +228,7 @@ fn settings(keywords: &Bound<'_, PyDict>) -> PyResult<SolveSettings> {
 fn made<'a>(progress: &Progress<'a>) -> Option<&'a Iteration> {
     match progress {
         Progress::Iteration(iteration) => Some(iteration),
-        Progress::Initialised(..) => None,
+        _ => None,
     }
 }
 

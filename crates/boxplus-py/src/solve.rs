@@ -24,7 +24,7 @@ pub(crate) fn named<T: Copy>(what: &str, value: &Bound<'_, PyAny>, choices: &[(&
 
 /// How the first estimate is made.
 pub(crate) fn initial(value: &Bound<'_, PyAny>) -> PyResult<Initial> {
-    let choices = [Initial::Auto, Initial::AsGiven, Initial::SpanningTree, Initial::Chordal];
+    let choices = [Initial::Auto, Initial::AsGiven, Initial::SpanningTree, Initial::Chordal, Initial::Grown];
     named("initial", value, &choices.map(|choice| (choice.name(), choice)))
 }
 

@@ -84,7 +84,7 @@ impl UserFactors {
         values: &Values,
         range: Range<usize>,
         residuals: &mut [f64],
-        jacobians: Option<&mut [Vec<f64>]>,
+        jacobians: Option<&mut [&mut [f64]]>,
     ) -> PyResult<()> {
         Python::attach(|py| {
             let head = (range.start, range.end, jacobians.is_some()).into_pyobject(py)?;
@@ -132,7 +132,7 @@ impl<const R: usize> FactorBatch<R> for UserFactors {
         values: &Values,
         range: Range<usize>,
         residuals: &mut [f64],
-        jacobians: &mut [Vec<f64>],
+        jacobians: &mut [&mut [f64]],
     ) {
         if let Err(error) = self.call::<R>(values, range, residuals, Some(jacobians)) {
             self.raised.set(error);

@@ -9,6 +9,7 @@ use boxplus::lie::{LieGroup, Real, Rn, SE3};
 use nalgebra::{SVector, vector};
 
 /// The downward distance from the drone to a horizontal table, along the drone's own z axis, in metres.
+#[derive(Clone)]
 struct Altimeter {
     measured: f64,
 }

@@ -10,7 +10,9 @@
     reason = "a test fails by panicking, and prints what it measures"
 )]
 
-use std::path::PathBuf;
+#[path = "../tests/public_data/mod.rs"]
+mod public_data;
+
 use std::time::Instant;
 
 use crate::graph::linear::cholesky::Cholesky;
@@ -35,12 +37,7 @@ const FILES: [&str; 9] = [
 
 /// The graph of a public file at its initialisation, or `None` where there is no such file.
 fn problem(name: &str) -> Option<(Graph, Values)> {
-    let beside = || concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data").into();
-    let path = std::env::var_os("BOXPLUS_DATA").map_or_else(beside, PathBuf::from).join(name);
-    let Ok(text) = std::fs::read(&path) else {
-        println!("SKIPPED: there is no {}", path.display());
-        return None;
-    };
+    let text = public_data::bytes(name)?;
     let (graph, values) = factors(&crate::io::read(&text, name, None).unwrap().graph).unwrap();
     let start = graph.initialise(&values, Initial::SpanningTree).unwrap();
     Some((graph, start.values))

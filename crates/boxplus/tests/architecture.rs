@@ -5,8 +5,19 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules in reading order.
-const ORDER: [&str; 9] =
-    ["lie", "uncertainty", "registration", "trajectory", "filter", "graph", "pose_graph", "recording", "io"];
+const ORDER: [&str; 11] = [
+    "lie",
+    "uncertainty",
+    "registration",
+    "camera",
+    "trajectory",
+    "filter",
+    "graph",
+    "pose_graph",
+    "bundle_adjustment",
+    "recording",
+    "io",
+];
 
 fn sources(folder: &Path) -> Vec<PathBuf> {
     let mut found = vec![];

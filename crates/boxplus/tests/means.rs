@@ -73,6 +73,10 @@ macro_rules! groups {
             fn other_means_are_stationary() {
                 stationary::<$group<$($n,)? f64>, $d>();
             }
+            #[test]
+            fn at_hubers_mean_bounded_pulls_balance() {
+                bounded_pulls_balance::<$group<$($n,)? f64>, $d>();
+            }
             #[cfg(feature = "autodiff")]
             #[test]
             fn means_follow_their_elements() {
@@ -125,6 +129,26 @@ fn stationary<G: LieGroup<D, Scalar = f64>, const D: usize>() {
     }
     let pull = metric.component_mul(&pulls).norm();
     assert!(pull < 1e-10 || pull <= held, "Σ w τ/‖τ‖ = {pulls}, held by {held}");
+}
+
+/// At Huber's mean what is beyond the threshold pulls as from there; without a threshold it is the mean, with none to speak of the median.
+fn bounded_pulls_balance<G: LieGroup<D, Scalar = f64>, const D: usize>() {
+    let (xs, metric) = (cloud::<G, D>(0.4), Tangent::<f64, D>::from_fn(|i, _| 1.0 + 0.3 * i as f64));
+    let huber = |threshold| G::huber_mean(&xs, Weights::Of(&WEIGHTS), &metric, threshold).unwrap();
+    for threshold in [0.1, 0.3, 0.6] {
+        let m = huber(threshold);
+        let sum = xs.iter().zip(WEIGHTS).fold(Tangent::<f64, D>::zeros(), |sum, (x, w)| {
+            let reduced = (threshold / m.value.weighted_distance(x, &metric)).min(1.0);
+            assert!((m.pull(x) - reduced).abs() < 1e-13);
+            sum + x.rminus(&m.value) * (w * reduced)
+        });
+        assert!(sum.norm() < 1e-13 && m.residual < 1e-13, "{threshold}: {:.1e}", sum.norm());
+    }
+    let mean = G::mean(&xs, Weights::Of(&WEIGHTS)).unwrap().value;
+    assert!(apart(&huber(f64::INFINITY).value, &mean) < 200.0 * EPS);
+    assert!(apart(&huber(0.1).value, &mean) > 1e-4);
+    let median = G::median(&xs, Weights::Of(&WEIGHTS), &metric).unwrap().value;
+    assert!(apart(&huber(1e-3).value, &median) < 2e-3);
 }
 
 #[test]
@@ -220,6 +244,21 @@ fn elements_too_dispersed_for_one_mean_are_refused_with_the_bound() {
     refused(&[0.7, 0.7 - PI], 0.5);
     refused(&[0.0, PI / 1.5, -PI / 1.5], 2.0 / 3.0); // all around
     assert!(SO2::mean(&[0.0, 0.999 * PI].map(SO2::from_angle), Weights::Equal).is_ok());
+    // The one that is named counts.
+    let xs = [0.0, 1.0, 2.0, PI].map(SO2::from_angle);
+    let error = SO2::mean(&xs, Weights::Of(&[1.0, 0.0, 1.0, 0.0])).err();
+    assert_eq!(error, None, "what has no weight may be anywhere");
+    let xs = [0.0, PI, 2.5].map(SO2::from_angle);
+    let Err(LieError::TooDispersed { index, reach }) = SO2::mean(&xs, Weights::Of(&[1.0, 0.0, 0.01])) else {
+        panic!("2.5 rad are beyond a quarter turn");
+    };
+    assert!(index == 2 && reach < 0.8, "element {index} at {reach}");
+    // Rounding of long translations is no jump.
+    for length in [1e17, 1e30] {
+        let far = [0.0, 1.0].map(|s| SE3::exp(&(vector![1.0, -2.0, 0.5, 0.3, 0.2, 0.6] * s)));
+        let far = far.map(|x| SE3::new(x.rotation(), x.translation() * length));
+        assert!(SE3::mean(&far, Weights::Equal).is_ok(), "{length:e}");
+    }
     // Rotations by half a turn about any axis, and with a translation beside.
     for i in 0..20 {
         let half = draw::<f64, 3>(i).normalize() * PI;
@@ -364,6 +403,11 @@ mod dual {
             |xs| G::geodesic_mean(xs, weights, &metric).unwrap(),
             |xs| Means::geodesic_mean(xs, weights, &dual_metric).unwrap().value,
         );
+        follows::<G, D>(
+            "Huber's mean",
+            |xs| G::huber_mean(xs, weights, &metric, 0.4).unwrap(),
+            |xs| Means::huber_mean(xs, weights, &dual_metric, 0.4).unwrap().value,
+        );
         // In one dimension the median of an odd number sits on one of them.
         if D > 1 {
             follows::<G, D>(
@@ -431,4 +475,48 @@ fn a_mean_is_as_sure_as_it_says() {
     let metric = Tangent::repeat(1.0);
     let geodesic = |xs: &[SE3]| SE3::geodesic_mean(xs, Weights::Equal, &metric).unwrap();
     covariance_of_the_mean::<SE3, 6, 10>(geodesic, 0.15, 4);
+}
+
+#[test]
+fn hubers_mean_costs_little_where_all_is_well_resists_what_is_wrong_and_is_as_sure_as_it_says() {
+    const RUNS: usize = 1000;
+    let (sigma, mut normal) = (0.05, Normal(5));
+    let metric = Vector3::repeat(1.0 / sigma);
+    let (mut good, mut bad, mut reported) = ([0.0; 3], [0.0; 3], 0.0);
+    for _ in 0..RUNS {
+        let mut xs: [SO3; 15] = core::array::from_fn(|_| SO3::exp(&(normal.vector() * sigma)));
+        let means = |xs: &[SO3]| {
+            [
+                SO3::mean(xs, Weights::Equal).unwrap(),
+                SO3::huber_mean(xs, Weights::Equal, &metric, 2.0).unwrap(),
+                SO3::median(xs, Weights::Equal, &metric).unwrap(),
+            ]
+        };
+        let found = means(&xs);
+        (0..3).for_each(|k| good[k] += found[k].value.log().norm_squared());
+        reported += found[1].covariance.unwrap().trace();
+        for x in &mut xs[..3] {
+            *x = SO3::exp(&vector![0.9, 0.3, -0.2]); // a fifth is wrong, and alike
+        }
+        let found = means(&xs);
+        (0..3).for_each(|k| bad[k] += found[k].value.log().norm_squared());
+        assert!(found[1].pull(&xs[0]) < 0.15);
+    }
+    let ([mean, huber, median], [lost, kept, _]) = (good, bad);
+    assert!(huber < 1.05 * mean && median > 1.1 * mean, "{} {}", huber / mean, median / mean);
+    assert!(kept < 0.1 * lost, "{}", kept / lost);
+    // Three variances from RUNS draws.
+    let ratio = huber / reported;
+    assert!((ratio - 1.0).abs() < 4.5 * (2.0 / (3.0 * RUNS as f64)).sqrt(), "{ratio}");
+}
+
+#[test]
+fn a_threshold_must_be_positive() {
+    let xs = [0.0, 0.1].map(SO2::from_angle);
+    for threshold in [0.0, -1.0] {
+        let refused = SO2::huber_mean(&xs, Weights::Equal, &Vector1::new(1.0), threshold).unwrap_err();
+        assert_eq!(refused, LieError::NotAThreshold { threshold });
+    }
+    let refused = SO2::huber_mean(&xs, Weights::Equal, &Vector1::new(1.0), f64::NAN).unwrap_err();
+    assert!(matches!(refused, LieError::NotAThreshold { threshold } if threshold.is_nan()));
 }

@@ -262,3 +262,23 @@ fn information_can_be_made_isotropic() {
     let graph = io::read(negative.as_bytes(), "two.g2o", None).unwrap().graph;
     assert!(matches!(solve(&graph, &settings), Err(PoseGraphError::Faulty { .. })));
 }
+
+#[test]
+fn a_pose_that_only_a_closure_reaches_keeps_no_search_from_starting() {
+    let text = "EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\nEDGE_SE2 0 2 2 0 0 1 0 0 1 0 1\nEDGE_SE2_XY 2 7 1 0 1 0 1\n";
+    let graph = io::read(text.as_bytes(), "graph.g2o", None).unwrap().graph;
+    let solved = solve(&graph, &graduated(TLS)).unwrap();
+    assert!(solved.cost < 1e-12 && solved.rejected.is_empty());
+}
+
+#[test]
+fn a_closure_without_usable_information_is_left_out_and_not_called_false() {
+    let mut graph = world(Simulator::Manhattan, 100, 2).0.graph;
+    let place = graph.loop_closures().iter().position(|closes| *closes).unwrap();
+    graph.edges2[place].information[(0, 0)] = -1.0;
+    let pairwise = Some(Pairwise { confidence: 1.0 - 1e-12, ..Pairwise::default() });
+    let settings = SolveSettings { pairwise, indefinite: Indefinite::Skip, ..SolveSettings::default() };
+    let solved = solve(&graph, &settings).unwrap();
+    assert_eq!(solved.mended, [graph.edges2[place].line]);
+    assert!(!solved.rejected.contains(&place));
+}

@@ -8,7 +8,7 @@ use boxplus::{
     lie::{SE2, SE3},
     pose_graph::{Edge, Vertex},
 };
-use boxplus_peers::{Arguments, Recorder};
+use boxplus_peers::{Arguments, Recorder, threads};
 
 /// Solves, and records the state after the last step: the clocks stop there, if the limit allows no other.
 fn solve<P: GroupVariable<D>, const D: usize>(
@@ -27,7 +27,7 @@ where
         graph.add((key(edge.from), key(edge.to)), Between::<P, Log>::new(edge.measured), noise);
     }
     let initial = if arguments.method == "file" { Initial::AsGiven } else { Initial::Auto };
-    let mut options = SolveOptions { threads: 1, ..SolveOptions::default() };
+    let mut options = SolveOptions { threads: threads(), ..SolveOptions::default() };
     options.max_iterations = arguments.max_iterations.unwrap_or(options.max_iterations);
 
     let (mut recorder, mut steps) = (Recorder::default(), 0);

@@ -3,27 +3,20 @@
 use std::fmt::Write;
 
 use svg::Document;
-use svg::node::element::Title;
 
-use super::colour::{ELLIPSE, GRID, INK, LANDMARK, MUTED, PAPER, TRACK, fade};
-use super::page::{Anchor, FONTS, Type, line, path, rectangle, text};
+use super::colour::{ELLIPSE, GRID, LANDMARK, TRACK, fade};
+use super::page::{Anchor, line, path, rectangle, text};
+use super::panel::{HEADING, NOTE, TICK};
 use super::window::Area;
+use super::{HEADER, MARGIN, sheet};
 use crate::text::significant;
 
-const MARGIN: f64 = 40.0;
-const HEADER: f64 = 98.0;
 const WIDTH: f64 = 760.0;
 const HEIGHT: f64 = 150.0;
 const GAP: f64 = 52.0;
 const AXIS: f64 = 46.0;
 /// More points than this are no finer on paper.
 const POINTS: usize = 760;
-
-const TITLE: Type = Type { size: 25.0, bold: true, colour: INK };
-const FACTS: Type = Type { size: 14.5, bold: false, colour: MUTED };
-const HEADING: Type = Type { size: 15.0, bold: true, colour: INK };
-const NOTE: Type = Type { size: 13.0, bold: false, colour: MUTED };
-const TICK: Type = Type { size: 11.5, bold: false, colour: MUTED };
 
 /// A page of strips, one below the other.
 #[derive(Clone, Debug)]
@@ -56,17 +49,7 @@ impl Chart {
     pub fn svg(&self) -> String {
         let (width, step) = (2.0 * MARGIN + WIDTH, HEIGHT + GAP);
         let height = HEADER + self.strips.len() as f64 * step + MARGIN;
-        let page = Area { x: 0.0, y: 0.0, width, height };
-        let mut document = Document::new()
-            .set("viewBox", (0, 0, width, height))
-            .set("width", width)
-            .set("height", height)
-            .set("font-family", FONTS)
-            .add(Title::new(format!("{}: {}", self.title, self.facts)))
-            .add(rectangle(page, PAPER))
-            .add(text(&self.title, (MARGIN, 48.0), Anchor::Start, TITLE))
-            .add(text(&self.facts, (MARGIN, 73.0), Anchor::Start, FACTS))
-            .add(text("boxplus", (width - MARGIN, 48.0), Anchor::End, NOTE));
+        let mut document = sheet(&self.title, &self.facts, (width, height));
         for (i, strip) in self.strips.iter().enumerate() {
             let y = HEADER + i as f64 * step + 28.0;
             document =

@@ -68,7 +68,8 @@ impl ErrorChart {
             sizes.get(sizes.len() * percent / 100).or(sizes.last()).copied().unwrap_or(0.0)
         };
         let reach = (1.15 * most(&self.band, 95)).max(1.1 * most(&self.error, 99));
-        if reach > 0.0 { reach } else { 1.0 }
+        // Beyond, there are no round numbers in between.
+        if (1e-300..1e300).contains(&reach) { reach } else { 1.0 }
     }
 
     fn pieces(&self) -> impl Iterator<Item = std::ops::Range<usize>> + Clone + use<> {

@@ -37,6 +37,7 @@ impl Legend {
         let any = |f: fn(&Scene) -> bool| panels.iter().any(|p| f(&p.scene));
         let entries = [
             (any(|s| !s.tracks.is_empty()), (Mark::Line, "trajectory", TRACK)),
+            (any(|s| !s.views.is_empty()), (Mark::Line, "camera", TRACK)),
             (any(|s| !s.truth.is_empty()), (Mark::Line, "truth", TRUTH)),
             (any(|s| !s.band.is_empty()), (Mark::Ellipse, "3σ", ELLIPSE)),
             (any(|s| !s.landmarks.is_empty()), (Mark::Dot, "landmark", LANDMARK)),

@@ -151,6 +151,12 @@ impl View<'_> {
         for pair in scene.tracks.iter().flat_map(|track| track.windows(2)) {
             add(Kind::Track, 0, [&pair[0], &pair[1]]);
         }
+        for [centre, corners @ ..] in &scene.views {
+            for (i, corner) in corners.iter().enumerate() {
+                add(Kind::View, 0, [centre, corner]);
+                add(Kind::View, 0, [corner, &corners[(i + 1) % 4]]);
+            }
+        }
         strokes
     }
 
@@ -159,7 +165,7 @@ impl View<'_> {
             Kind::Sighting => SIGHTING,
             Kind::Loop => heat(f64::from(layer.colour) / f64::from(STEPS - 1)),
             Kind::Truth => TRUTH,
-            Kind::Track => TRACK,
+            Kind::Track | Kind::View => TRACK,
         };
         if self.depth.step.is_finite() { fade(colour, Depth::fade(layer.depth)) } else { colour }
     }
@@ -218,6 +224,7 @@ fn width(scene: &Scene, kind: Kind) -> f64 {
         Kind::Track | Kind::Truth => base,
         Kind::Loop => 0.85 * base,
         Kind::Sighting => 0.5,
+        Kind::View => 1.1,
     }
 }
 

@@ -15,6 +15,8 @@ pub struct Scene {
     pub sightings: Vec<[Vector3<f64>; 2]>,
     /// Landmarks.
     pub landmarks: Vec<Vector3<f64>>,
+    /// Cameras: the centre, then the corners of the image, in turn.
+    pub views: Vec<[Vector3<f64>; 5]>,
     /// Point clouds: one that stays, one that is moved.
     pub clouds: [Vec<Vector3<f64>>; 2],
     /// How sure the positions are.
@@ -52,6 +54,7 @@ impl Scene {
             .iter()
             .flatten()
             .chain(&self.truth)
+            .chain(self.views.iter().flatten())
             .copied()
             .chain(ends)
             .chain(self.landmarks.iter().copied())

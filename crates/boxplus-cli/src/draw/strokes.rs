@@ -24,6 +24,7 @@ pub enum Kind {
     Loop,
     Truth,
     Track,
+    View,
 }
 
 /// Paths under construction.

@@ -5,10 +5,8 @@ mod space;
 mod told;
 mod written;
 
-use boxplus::lie::{LieGroup, Rn, SE2, SE3};
-use boxplus::uncertainty::{
-    Covariance, Criterion, Fused, Gaussian, Global, Local, Order, Pair, UncertaintyError,
-};
+use boxplus::lie::{Rn, SE2, SE3};
+use boxplus::uncertainty::{Covariance, Criterion, Fused, Gaussian, Order, Pair, UncertaintyError};
 use nalgebra::SMatrix;
 
 use args::{Meaning, Operation, OrderName, Pose, SideName};
@@ -56,7 +54,7 @@ fn same_dimension(operands: &[Named]) -> Result<usize, Error> {
     }
 }
 
-/// Angles beyond two turns, or uncertain by more than one, are degrees in most cases.
+/// Angles beyond two turns are degrees in most cases.
 fn warn_of_degrees(named: &Named, console: Console) {
     let written = &named.written;
     let angles = [written.yaw].into_iter().flatten().chain(written.yaw_pitch_roll.into_iter().flatten());
@@ -206,15 +204,11 @@ impl<'a, G: Space<D, N>, const D: usize, const N: usize> Calculator<'a, G, D, N>
             (Meaning::Body, _) => pose.change_body(&by),
             (Meaning::Parent, _) => pose.change_parent(&by),
             (Meaning::Correction, false) => pose.reset(&theta),
-            (Meaning::Correction, true) => local(pose.to_global().reset(&theta)),
+            (Meaning::Correction, true) => pose.to_global().reset(&theta).to_local(),
             (Meaning::Transport, false) => pose.transport(&theta),
-            (Meaning::Transport, true) => local(pose.to_global().transport(&theta)),
+            (Meaning::Transport, true) => pose.to_global().transport(&theta).to_local(),
         })
     }
-}
-
-fn local<G: LieGroup<D>, const D: usize>(pose: Gaussian<G, D, Global>) -> Gaussian<G, D, Local> {
-    pose.to_local()
 }
 
 fn unfusable(error: &UncertaintyError) -> Error {

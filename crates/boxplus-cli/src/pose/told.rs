@@ -144,7 +144,7 @@ impl Told {
         out.push('\n');
         match self.fit {
             Some(Fit::Independent { chi_squared, freedom, iterations }) => {
-                let p = 1.0 - ChiSquared::new(freedom).cdf(chi_squared);
+                let p = ChiSquared::new(freedom).survival(chi_squared);
                 let _ = writeln!(
                     out,
                     "# χ² = {} of {freedom}: {} ({iterations} iterations)",
@@ -182,7 +182,7 @@ impl Told {
             Fit::Independent { chi_squared, freedom, iterations } => json!({
                 "chi_squared": chi_squared,
                 "degrees_of_freedom": freedom,
-                "p_value": 1.0 - ChiSquared::new(freedom).cdf(chi_squared),
+                "p_value": ChiSquared::new(freedom).survival(chi_squared),
                 "iterations": iterations,
             }),
             Fit::Intersection { weight } => json!({ "weights": [weight, 1.0 - weight] }),

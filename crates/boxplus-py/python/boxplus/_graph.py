@@ -34,7 +34,7 @@ Q = TypeVar("Q", bound=Group)
 class Options(TypedDict, total=False):
     """The keywords of `Graph.solve`. All are optional."""
 
-    initial: Literal["auto", "as_given", "spanning_tree", "chordal"]
+    initial: Literal["auto", "as_given", "spanning_tree", "chordal", "grown"]
     """Where to start; "auto", the default, is whichever costs least. Variables without values are found from displacements and
     sightings."""
     algorithm: Literal["levenberg_marquardt", "gauss_newton", "dogleg"]

@@ -53,7 +53,7 @@ class Settings(TypedDict, total=False):
 
     chart: Literal["log", "g2o", "ceres", "se-sync"]
     """Whose cost is minimised: that of boxplus and GTSAM ("log", the default), g2o, Ceres or SE-Sync."""
-    initial: Literal["auto", "as_given", "spanning_tree", "chordal"]
+    initial: Literal["auto", "as_given", "spanning_tree", "chordal", "grown"]
     """Where to start; "auto", the default, is whichever costs least."""
     robust: str
     """How much a large residual may pull: "none" (the default), "huber:1", "cauchy:2.5", ..., scales in standard deviations; or

@@ -89,8 +89,8 @@ impl<F> Discretised<F> {
             let a = d_x + local_error_dynamics::<G, D>(&f);
             let density = self.flow.density(&middle, input);
             let Ok((part, noise)) = discretise(&a, &Jacobian::identity(), density.matrix(), h) else {
-                let nan = Jacobian::repeat(G::Scalar::lit(f64::NAN));
-                return (x, nan, nan);
+                let nan = G::Scalar::lit(f64::NAN);
+                return (x.rplus(&Tangent::repeat(nan)), Jacobian::repeat(nan), Jacobian::repeat(nan));
             };
             x = self.advanced(&x, input, h);
             (phi, q) = (part * phi, part * q * part.transpose() + noise);

@@ -106,8 +106,7 @@ impl Ekf {
             }
             let next = about.perturbed(&delta);
             e = prior.error_of(&next);
-            about = prior.reset(&e);
-            about = Gaussian::new(next, *about.covariance());
+            about = Gaussian::new(next, *prior.reset(&e).covariance());
         }
     }
 

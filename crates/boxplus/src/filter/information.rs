@@ -1,8 +1,9 @@
 //! The filter in information form: what is unknown is a zero, not an infinity.
 
-use super::model::{all_finite, observed, stepped};
+use super::model::{all_finite, finite, observed, stepped};
 use super::{FilterError, Measurement, Motion};
-use crate::lie::{Jacobian, LieGroup, Real, Tangent};
+use crate::lie::linear::inverse;
+use crate::lie::{LieGroup, Real, Tangent};
 use crate::uncertainty::{Covariance, Gaussian, Local, Side, UncertaintyError};
 use nalgebra::SMatrix;
 
@@ -102,7 +103,7 @@ impl<G: LieGroup<D>, const D: usize, E: Side> InformationBelief<G, D, E> {
         let (next, f, g) = stepped::<G, E, M, D, W>(motion, &self.mean, input)?;
         let back = inverse(&f).ok_or(FilterError::MotionNotFinite)?;
         let moved = self.information.transformed(&back.transpose());
-        let b = g * motion.noise(input).factor();
+        let b = g * finite(motion.noise(input))?.factor();
         let mb = moved.matrix() * b;
         let inner = Covariance::<W, G::Scalar>::unit() + moved.transformed(&b.transpose());
         let inner = inner.information().map_err(|_| FilterError::CovarianceNotFinite)?;
@@ -198,35 +199,8 @@ where
     Z: Measurement<G, D, M>,
 {
     let (z, h) = observed::<G, E, Z, D, M>(measurement, x)?;
-    let weight = measurement.noise().information().map_err(|error| FilterError::of_inversion(&error))?;
+    let noise = finite(measurement.noise())?;
+    let weight = noise.information().map_err(|error| FilterError::of_inversion(&error))?;
     let weight = Covariance::new(weight).map_err(|_| FilterError::CovarianceNotFinite)?;
     Ok((weight.transformed(&h.transpose()), h.transpose() * weight.matrix() * z))
-}
-
-/// A⁻¹ by elimination with row pivots, if there is one.
-fn inverse<S: Real, const D: usize>(a: &Jacobian<S, D>) -> Option<Jacobian<S, D>> {
-    let (mut a, mut x) = (*a, Jacobian::<S, D>::identity());
-    for k in 0..D {
-        let size = |i: usize| a[(i, k)].value().abs();
-        let pivot = (k..D).fold(k, |best, i| if size(i) > size(best) { i } else { best });
-        if size(pivot) == 0.0 {
-            return None;
-        }
-        a.swap_rows(k, pivot);
-        x.swap_rows(k, pivot);
-        let scale = S::one() / a[(k, k)];
-        for j in 0..D {
-            a[(k, j)] *= scale;
-            x[(k, j)] *= scale;
-        }
-        for i in (0..D).filter(|&i| i != k) {
-            let factor = a[(i, k)];
-            for j in 0..D {
-                let (of_a, of_x) = (a[(k, j)], x[(k, j)]);
-                a[(i, j)] -= factor * of_a;
-                x[(i, j)] -= factor * of_x;
-            }
-        }
-    }
-    Some(x)
 }

@@ -68,7 +68,7 @@
 //! # Pitfalls
 //!
 //! - **The reset** J_r(δ)PJ_r(δ)ᵀ is missing from most texts. In the demonstration of Solà et al. (2018) it lowers the average NEES
-//!   from 4.26 to 3.81 of an ideal 3; iterating gives 3.00. Both numbers are a test of the library.
+//!   from 4.26 to 3.81 of an ideal 3; iterating gives 3.00. These numbers are tests of the library.
 //! - **A state on ⟨ℝ³, SO(3)⟩ is not one on SE(3)**: with a heading unknown by 45° the former's NEES of position is a hundred times
 //!   too large. Run the example `filter_consistency`.
 //! - **An exact sensor** of a state that is certain has a singular S: refused, by name. Noise is never zero in practice.

@@ -147,6 +147,13 @@ where
     if all_finite(&z) && all_finite(&h) { Ok((z, h)) } else { Err(FilterError::MeasurementNotFinite) }
 }
 
+/// The covariance of a model's noise, if it is finite: a factor would take what is not for certain.
+pub(super) fn finite<S: Real, const N: usize>(
+    noise: Covariance<N, S>,
+) -> Result<Covariance<N, S>, FilterError> {
+    if all_finite(noise.matrix()) { Ok(noise) } else { Err(FilterError::CovarianceNotFinite) }
+}
+
 /// Whether no entry is NaN or infinite.
 pub(super) fn all_finite<S: Real, const R: usize, const C: usize>(m: &SMatrix<S, R, C>) -> bool {
     m.iter().all(|x| x.value().is_finite())
@@ -163,7 +170,7 @@ pub(super) fn is_finite<G: LieGroup<D>, const D: usize>(x: &G) -> bool {
 }
 
 /// The largest difference between the Jacobians of a motion, on both sides, and central differences of its step: some 1e-9
-/// of their size where the closed forms are right.
+/// of their size where the closed forms are right; NaN where anything is.
 ///
 /// For tests of a motion of your own, in `f64`.
 pub fn check_motion<G, F, const D: usize, const W: usize>(motion: &F, x: &G, input: &F::Input) -> f64
@@ -175,20 +182,20 @@ where
     let (next, f, g) = motion.step_jac(x, input);
     let (_, f_left, g_left) = motion.step_left_jac(x, input);
     let at_rest = motion.step(x, input, &still);
-    let columns = |sides: [f64; 2]| sides[0].max(sides[1]);
-    let d_x = (0..D).fold(at_rest.rminus(&next).amax(), |worst: f64, k| {
+    let d_x = (0..D).fold(larger(0.0, &at_rest.rminus(&next)), |worst, k| {
         let local = difference(k, |tau| motion.step(&x.rplus(tau), input, &still).rminus(&next));
         let global = difference(k, |tau| motion.step(&x.lplus(tau), input, &still).lminus(&next));
-        worst.max(columns([(local - f.column(k)).amax(), (global - f_left.column(k)).amax()]))
+        larger(larger(worst, &(local - f.column(k))), &(global - f_left.column(k)))
     });
     (0..W).fold(d_x, |worst, k| {
         let local = difference(k, |w| motion.step(x, input, w).rminus(&next));
         let global = difference(k, |w| motion.step(x, input, w).lminus(&next));
-        worst.max(columns([(local - g.column(k)).amax(), (global - g_left.column(k)).amax()]))
+        larger(larger(worst, &(local - g.column(k))), &(global - g_left.column(k)))
     })
 }
 
-/// The largest difference between the Jacobians of a measurement, on both sides, and central differences of its innovation.
+/// The largest difference between the Jacobians of a measurement, on both sides, and central differences of its innovation; NaN
+/// where anything is.
 ///
 /// For tests of a measurement of your own, in `f64`.
 pub fn check_measurement<G, Z, const D: usize, const M: usize>(measurement: &Z, x: &G) -> f64
@@ -198,11 +205,17 @@ where
 {
     let (z, h) = measurement.innovation_jac(x);
     let (_, h_left) = measurement.innovation_left_jac(x);
-    (0..D).fold((measurement.innovation(x) - z).amax(), |worst: f64, k| {
+    (0..D).fold(larger(0.0, &(measurement.innovation(x) - z)), |worst, k| {
         let local = difference(k, |tau| measurement.innovation(&x.rplus(tau)));
         let global = difference(k, |tau| measurement.innovation(&x.lplus(tau)));
-        worst.max((local + h.column(k)).amax()).max((global + h_left.column(k)).amax())
+        larger(larger(worst, &(local + h.column(k))), &(global + h_left.column(k)))
     })
+}
+
+/// The largest of `worst` and the sizes of the entries; NaN, which `max` and `amax` pass over, once there is one.
+fn larger<const R: usize>(worst: f64, entries: &SVector<f64, R>) -> f64 {
+    let worse = |worst: f64, size: f64| if worst.is_nan() || size <= worst { worst } else { size };
+    entries.iter().fold(worst, |worst, x| worse(worst, x.abs()))
 }
 
 /// Column k of a Jacobian by the central difference.

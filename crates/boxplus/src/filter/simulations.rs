@@ -9,7 +9,7 @@ use super::{Ekf, Filter, FilterError, Measurement, Motion, Ukf};
 use crate::lie::{Action, LieGroup, Rn, SE2, SE3, SE23, SO3};
 use crate::uncertainty::{Covariance, Gaussian, Side};
 use core::{fmt, str::FromStr};
-use nalgebra::{SMatrix, SVector, Vector2, Vector3, vector};
+use nalgebra::{SVector, Vector2, Vector3, vector};
 use rand::{Rng, SeedableRng};
 
 /// A vehicle with sensors, simulated: a truth drawn from the prior moves by its model with noise drawn from it, and is
@@ -283,13 +283,12 @@ where
 
 /// Independent coordinates.
 fn sigmas<const D: usize>(values: [f64; D]) -> Covariance<D> {
-    Covariance::unit().transformed(&SMatrix::from_diagonal(&values.into()))
+    Covariance::independent(&values.into())
 }
 
-/// Of standard deviations `a` thrice, `b` thrice.
-fn twice<const D: usize>(values: &[f64]) -> Covariance<D> {
-    let scale = SVector::from_fn(|i, _| values[i / 3]);
-    Covariance::unit().transformed(&SMatrix::from_diagonal(&scale))
+/// Vectors of three coordinates, those of each of one standard deviation.
+fn triples<const D: usize>(values: &[f64]) -> Covariance<D> {
+    Covariance::independent(&SVector::from_fn(|i, _| values[i / 3]))
 }
 
 struct Beacons([Vector2<f64>; 3]);
@@ -330,10 +329,10 @@ impl Landmarks {
         Self { places, noise: Covariance::unit() * 0.1 }
     }
 
-    fn sighting<F: Filter>(
+    fn sighting<F: Filter, const D: usize>(
         &self,
         k: usize,
-        truth: &impl Action<9, 3, Scalar = f64>,
+        truth: &impl Action<D, 3, Scalar = f64>,
         watch: &mut Watch<'_, F, impl Rng>,
     ) -> Sighting<3> {
         let (landmark, noise) = (self.places[k % 3], self.noise);
@@ -343,8 +342,8 @@ impl Landmarks {
 
 fn landmarks() -> World<SE3, Odometry<6>, Landmarks, 6, 6> {
     World {
-        start: Gaussian::new(SE3::identity(), twice(&[0.5, 0.3])),
-        motion: Odometry { noise: twice(&[0.03, 0.02]) },
+        start: Gaussian::new(SE3::identity(), triples(&[0.5, 0.3])),
+        motion: Odometry { noise: triples(&[0.03, 0.02]) },
         steps: 60,
         input: |_| vector![0.3, 0.0, 0.02, 0.0, 0.02, 0.1],
         sensors: Landmarks::new(),
@@ -359,8 +358,7 @@ impl Sensors<SE3, 6> for Landmarks {
         watch: &mut Watch<'_, F, impl Rng>,
         belief: Gaussian<SE3, 6, E>,
     ) -> Gaussian<SE3, 6, E> {
-        let still = SE23::new(truth.rotation(), truth.translation(), Vector3::zeros());
-        let sighting = self.sighting(k, &still, watch);
+        let sighting = self.sighting(k, truth, watch);
         watch.update("landmark", &belief, &sighting)
     }
 }
@@ -398,7 +396,7 @@ struct Vectors;
 
 fn attitude() -> World<Attitude, Gyroscope, Vectors, 6, 6> {
     World {
-        start: Gaussian::new(Attitude::identity(), twice(&[0.3, 0.05])),
+        start: Gaussian::new(Attitude::identity(), triples(&[0.3, 0.05])),
         motion: Gyroscope { noise: 5e-3, bias_walk: 1e-3 },
         steps: 200,
         input: |k| (vector![0.3, 0.2 * (0.05 * k as f64).sin(), 0.5], 0.05),
@@ -441,7 +439,7 @@ fn inertial(aid: Aid) -> World<InertialState, Inertial, Aid, 15, 12> {
     let unbiased = Rn::new(Vector3::zeros());
     let mean = InertialState { motion, gyroscope_bias: unbiased, accelerometer_bias: unbiased };
     World {
-        start: Gaussian::new(mean, twice(&[0.5, 0.2, 0.3, 0.02, 0.1])),
+        start: Gaussian::new(mean, triples(&[0.5, 0.2, 0.3, 0.02, 0.1])),
         motion: Inertial::upright(noise),
         steps: 200,
         // A circle: the force points to its centre.

@@ -1,6 +1,6 @@
 //! The filter in square-root form: half the digits carry as far.
 
-use super::model::{all_finite, observed, stepped};
+use super::model::{all_finite, finite, observed, stepped};
 use super::{FilterError, Measurement, Motion};
 use crate::lie::{Jacobian, LieGroup, Real, Tangent};
 use crate::uncertainty::linear::right_divided_by_transpose;
@@ -94,7 +94,7 @@ impl<G: LieGroup<D>, const D: usize, E: Side> SquareRootBelief<G, D, E> {
     ) -> Result<Self, FilterError> {
         let (next, f, g) = stepped::<G, E, M, D, W>(motion, &self.mean, input)?;
         let moved = triangle(Jacobian::zeros(), &(f * self.root));
-        Self::new(next, &triangle(moved, &(g * motion.noise(input).factor())))
+        Self::new(next, &triangle(moved, &(g * finite(motion.noise(input))?.factor())))
     }
 
     /// After a measurement, linearised at the mean.
@@ -107,9 +107,8 @@ impl<G: LieGroup<D>, const D: usize, E: Side> SquareRootBelief<G, D, E> {
         measurement: &Z,
     ) -> Result<Self, FilterError> {
         let (z, h) = observed::<G, E, Z, D, M>(measurement, &self.mean)?;
-        let noise = measurement.noise();
-        noise.information().map_err(|error| FilterError::of_inversion(&error))?;
-        let whitener = noise.factor();
+        let noise = finite(measurement.noise())?;
+        let whitener = noise.regular_factor().map_err(|error| FilterError::of_inversion(&error))?;
         // L_N⁻¹·[z, H], through the transpose: X·L_Nᵀ = [z, H]ᵀ.
         let z = right_divided_by_transpose(&z.transpose(), &whitener);
         let h = right_divided_by_transpose(&h.transpose(), &whitener);

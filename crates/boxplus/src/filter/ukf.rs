@@ -1,7 +1,7 @@
 //! The unscented filter on a manifold.
 
 use super::ekf::{checked, injected};
-use super::model::{all_finite, is_finite};
+use super::model::{all_finite, finite, is_finite};
 use super::step::{Filter, Gate, Innovation, Outcome, Predicted, Update};
 use super::{FilterError, Measurement, Motion};
 use crate::lie::{Jacobian, LieGroup, Real, Tangent};
@@ -173,7 +173,7 @@ impl Filter for Ukf {
         let spread = self.points(belief.covariance());
         let moved =
             Images::of(&spread, |xi| E::error(&motion.step(&belief.perturbed(xi), input, &still), &next));
-        let pushes = self.points(&motion.noise(input));
+        let pushes = self.points(&finite(motion.noise(input))?);
         let disturbed = Images::of(&pushes, |w| E::error(&motion.step(belief.mean(), input, w), &next));
         if !is_finite(&next) || !moved.is_finite() || !disturbed.is_finite() {
             return Err(FilterError::MotionNotFinite);

@@ -98,7 +98,6 @@ impl Graph {
 
 /// Variables whose own block of the normal equations is singular.
 fn loose(structure: &Structure, normal: &Normal, values: &Values) -> Vec<Loose> {
-    let read = |id: &&VariableId| !structure.unread.contains(id);
     let free = |&id: &VariableId| {
         let start = structure.offsets.get(id)?;
         let entry = |i: usize, j: usize| normal.matrix[structure.diagonal[start + i.min(j)] + i.abs_diff(j)];
@@ -114,7 +113,7 @@ fn loose(structure: &Structure, normal: &Normal, values: &Values) -> Vec<Loose> 
             soft.map(|k| eigen.eigenvectors.column(k).iter().copied().collect()).collect();
         (!directions.is_empty()).then(|| Loose { variable: values.name(id), directions })
     };
-    let mut found: Vec<Loose> = structure.variables.iter().filter(read).filter_map(free).collect();
+    let mut found: Vec<Loose> = structure.variables.iter().filter_map(free).collect();
     found.sort_by_key(|loose| (loose.variable.kind, loose.variable.label));
     found
 }

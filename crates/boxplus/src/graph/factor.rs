@@ -5,6 +5,7 @@ use core::fmt::Debug;
 
 use nalgebra::{SMatrix, SVector};
 
+use super::renewal::Renewed;
 use super::values::{Key, Values};
 use super::variable::{JacobianBlock, TangentResidual, Variable};
 use crate::lie::Real;
@@ -20,6 +21,7 @@ use crate::lie::Real;
 /// use nalgebra::{vector, SVector};
 ///
 /// /// Odometer: the distance driven between two poses, whatever the direction.
+/// #[derive(Clone)]
 /// struct Distance(f64);
 /// impl Factor<1> for Distance {
 ///     const NAME: &'static str = "distance driven";
@@ -36,13 +38,13 @@ use crate::lie::Real;
 /// assert!((graph.cost(&values)? - 50.0).abs() < 1e-12); // ½ (1 m / 0.1 m)²
 /// # Ok::<(), boxplus::graph::GraphError>(())
 /// ```
-pub trait Factor<const R: usize>: Send + Sync + 'static {
+pub trait Factor<const R: usize>: Clone + Send + Sync + 'static {
     /// What messages call it.
     const NAME: &'static str;
     /// Whether it measures its variables against each other only, so that moving all of them together, as one rigid
     /// world, changes nothing. Where all factors of a connected part are such, one of its variables is held.
     const RELATIVE: bool = false;
-    /// The variables it reads, as a tuple of one to four.
+    /// The variables it reads, as a tuple of one to five.
     type Variables: Variables;
 
     /// The residual, not whitened, in the units of the measurement.
@@ -55,10 +57,19 @@ pub trait Factor<const R: usize>: Send + Sync + 'static {
     ) -> (SVector<f64, R>, <Self::Variables as Variables>::Jacobians<R>) {
         (self.residual::<f64>(&variables.constant()), dual_jacobians(self, variables))
     }
+
+    /// For a factor that was linearised about a value of its variables, as sums of inertial samples are about a bias: the same
+    /// measurement about `variables`. `None`, as here, where nothing was linearised. See [`Graph::renew`](super::Graph::renew).
+    fn renewed(&self, _variables: &Self::Variables) -> Option<Renewed<Self, R>>
+    where
+        Self: Sized,
+    {
+        None
+    }
 }
 
 /// The exact Jacobians of a factor's residual by dual numbers, whatever its own `residual_jac` says.
-pub fn dual_jacobians<const R: usize, F: Factor<R> + ?Sized>(
+pub fn dual_jacobians<const R: usize, F: Factor<R>>(
     factor: &F,
     variables: &F::Variables,
 ) -> <F::Variables as Variables>::Jacobians<R> {
@@ -66,25 +77,25 @@ pub fn dual_jacobians<const R: usize, F: Factor<R> + ?Sized>(
 }
 
 /// The residual of a factor as a function of the tangent of one of its variables.
-struct Along<'a, F: ?Sized, V> {
+struct Along<'a, F, V> {
     factor: &'a F,
     variables: &'a V,
     position: usize,
 }
 
-impl<const R: usize, F: Factor<R> + ?Sized> TangentResidual<R> for Along<'_, F, F::Variables> {
+impl<const R: usize, F: Factor<R>> TangentResidual<R> for Along<'_, F, F::Variables> {
     fn at<S: Real>(&self, delta: &[S]) -> SVector<S, R> {
         self.factor.residual(&self.variables.perturb(self.position, delta))
     }
 }
 
-/// Most variables one factor reads.
-pub const MAX_ARITY: usize = 4;
+/// Most variables one factor reads: the four knots of a cubic spline, and what is seen from there.
+pub const MAX_ARITY: usize = 5;
 
 /// Slots of a factor's variables in their stores; the unused ones are zero.
 pub(crate) type Slots = [u32; MAX_ARITY];
 
-/// A tuple of one to four [`Variable`]s.
+/// A tuple of one to five [`Variable`]s.
 pub trait Variables: Copy + Send + Sync + 'static {
     /// Tangent dimension of each.
     const DIMS: &'static [usize];
@@ -103,7 +114,7 @@ pub trait Variables: Copy + Send + Sync + 'static {
     /// The tuple with the element at `position` moved by `delta`.
     fn perturb<S: Real>(&self, position: usize, delta: &[S]) -> Self::Over<S>;
     /// Exact Jacobians by dual numbers.
-    fn derivatives<const R: usize, F: Factor<R, Variables = Self> + ?Sized>(
+    fn derivatives<const R: usize, F: Factor<R, Variables = Self>>(
         factor: &F,
         at: &Self,
     ) -> Self::Jacobians<R>;
@@ -144,7 +155,7 @@ macro_rules! variables {
             fn perturb<S: Real>(&self, position: usize, delta: &[S]) -> Self::Over<S> {
                 ($(if position == $position { self.$position.perturb(delta) } else { self.$position.constant() },)+)
             }
-            fn derivatives<const R: usize, F: Factor<R, Variables = Self> + ?Sized>(factor: &F, variables: &Self) -> Self::Jacobians<R> {
+            fn derivatives<const R: usize, F: Factor<R, Variables = Self>>(factor: &F, variables: &Self) -> Self::Jacobians<R> {
                 ($($v::derivative(&Along { factor, variables, position: $position }),)+)
             }
             fn kinds() -> &'static [fn() -> TypeId] {
@@ -181,6 +192,7 @@ variables!(A a 0);
 variables!(A a 0, B b 1);
 variables!(A a 0, B b 1, C c 2);
 variables!(A a 0, B b 1, C c 2, D d 3);
+variables!(A a 0, B b 1, C c 2, D d 3, E e 4);
 
 /// (U·J)ᵀ for an upper triangular U: D×R, so that all later loops run along contiguous columns.
 #[inline]

@@ -38,6 +38,7 @@ mod marginals;
 mod minimum_norm;
 mod names;
 mod noise;
+mod renewal;
 mod set;
 mod solve;
 mod together;
@@ -51,15 +52,17 @@ pub use factor::{Factor, FactorId, MAX_ARITY, Variables, dual_jacobians};
 
 pub use crate::robust::{Kernel, KernelError};
 pub use factors::{
-    Bearing2, Bearing3, Between, Chart, Chordal, Difference, G2o, Log, Prior, Product, Range, Sighting2,
-    Sighting3,
+    Bearing2, Bearing3, Between, Chart, Chordal, Difference, G2o, Inertial, InertialUnderGravity,
+    Interpolated, Log, MotionPrior, OnSpline, Position, Prior, Product, Range, Reprojection, ReprojectionOwn,
+    ReprojectionShared, Sighting2, Sighting3, SplineImu, Velocity,
 };
 #[cfg(feature = "io")]
 pub(crate) use factors::{isotropic_information, isotropic_weights};
-pub use initialise::{Initial, Initialisation};
+pub use initialise::{Growth, Initial, Initialisation, inertial_start};
 pub use marginals::Marginals;
 pub use names::{FactorName, VariableName};
 pub use noise::Noise;
+pub use renewal::{Renewal, Renewed};
 #[cfg(feature = "io")]
 pub(crate) use solve::Pace;
 #[cfg(feature = "io")]
@@ -70,7 +73,9 @@ pub use solve::{
 };
 pub use together::FactorBatch;
 pub use values::{Key, Values, VariableId};
-pub use variable::{GroupVariable, JacobianBlock, Located, TangentResidual, Variable, derivative};
+pub use variable::{
+    Carries, GroupVariable, ImageVariable, JacobianBlock, Located, TangentResidual, Variable, derivative,
+};
 
 use core::ops::ControlFlow;
 use std::collections::HashMap;
@@ -177,6 +182,30 @@ impl Graph {
         gauge::parts(&self.sets, values).into_iter().map(names).collect()
     }
 
+    /// Measures anew what was linearised about a variable, about its value now: inertial sums about the estimated biases.
+    ///
+    /// Tells by how much the old ones were off there; where that is no small part of a standard deviation, solve again:
+    ///
+    /// ```
+    /// # use boxplus::graph::{Graph, GraphError, SolveOptions, Solution, Values};
+    /// fn solve(graph: &mut Graph, start: &Values) -> Result<Solution, GraphError> {
+    ///     let mut solution = graph.optimize(start, &SolveOptions::default())?;
+    ///     while graph.renew(&solution.values)?.largest > 0.1 {
+    ///         solution = graph.optimize(&solution.values, &SolveOptions::default())?;
+    ///     }
+    ///     Ok(solution)
+    /// }
+    /// # assert!(solve(&mut Graph::new(), &Values::new()).is_ok());
+    /// ```
+    ///
+    /// # Errors
+    /// Those of [`Graph::cost`].
+    pub fn renew(&mut self, values: &Values) -> Result<Renewal, GraphError> {
+        self.check(values)?;
+        let renewals = self.sets.iter_mut().map(|set| set.renew(values));
+        Ok(renewals.fold(Renewal::default(), Renewal::and))
+    }
+
     /// The cost ½ Σ ρ(‖U·r‖²).
     ///
     /// # Errors
@@ -252,6 +281,16 @@ impl Graph {
     pub fn marginals_of_minimum_norm(&self, values: &Values) -> Result<Marginals, GraphError> {
         self.check(values)?;
         Marginals::of_minimum_norm(&self.sets, values, &self.analyses)
+    }
+
+    /// The factors all of whose variables are known.
+    fn part(&self, knows: impl Fn(VariableId) -> bool) -> Self {
+        let part = |set: &dyn AnySet| {
+            let kinds = set.kinds();
+            let id = |(&kind, &slot)| VariableId { kind, slot };
+            set.part(&|factor| kinds.iter().zip(set.slots(factor)).map(id).all(&knows))
+        };
+        Self { sets: self.sets.iter().map(AsRef::as_ref).map(part).collect(), analyses: Analyses::default() }
     }
 
     fn set_mut<F: Factor<R>, const R: usize>(&mut self) -> (usize, &mut FactorSet<F, R>) {

@@ -64,9 +64,13 @@ impl<const R: usize> Noise<R> {
     /// As [`Self::from_information`].
     pub fn from_covariance(covariance: &SMatrix<f64, R, R>) -> Result<Self, GraphError> {
         Self::from_information(covariance)?; // says what is wrong with it
-        let inverse = Cholesky::new(*covariance).map(|factor| factor.inverse());
+        // Σ = VVᵀ with V upper triangular: Cholesky's factor from the last row up. Then U = V⁻¹, and no digit is lost to an inverse of Σ.
+        let reversed =
+            |m: &SMatrix<f64, R, R>| SMatrix::<f64, R, R>::from_fn(|i, j| m[(R - 1 - i, R - 1 - j)]);
+        let lower = Cholesky::new(reversed(covariance)).map(|factor| factor.l());
+        let inverse = lower.and_then(|lower| lower.solve_lower_triangular(&SMatrix::identity()));
         let inverse = inverse.ok_or(GraphError::NotPositiveDefinite { smallest_eigenvalue: 0.0 })?;
-        Self::from_information(&((inverse + inverse.transpose()) * 0.5))
+        Ok(Self { sqrt_information: reversed(&inverse) })
     }
 
     /// U, upper triangular, with Ω = UᵀU.

@@ -11,6 +11,7 @@ use super::linear::kernels::Kernels;
 use super::linear::structure::{Normal, SetPlan};
 use super::linear::vector::dot;
 use super::noise::Noise;
+use super::renewal::Renewal;
 use super::values::{Offsets, Values, VariableId};
 
 /// All factors of one type.
@@ -126,6 +127,8 @@ pub(crate) trait AnySet: Any + Send + Sync {
     fn squared(&self, values: &Values, index: usize) -> f64;
     /// Cost of `range`, and each factor's part of the normal equations, [`stride`] numbers a factor, into `out`.
     fn linearise(&self, values: &Values, range: Range<usize>, out: &mut [f64]) -> f64;
+    /// Replaces factors that were linearised about a value of their variables by those about `values`.
+    fn renew(&mut self, values: &Values) -> Renewal;
     /// Dimension R of the residual.
     fn residual_dim(&self) -> usize;
     /// Overwrites `slopes[r][k]` with the derivative of the r-th whitened residual of a factor along the k-th direction.
@@ -139,6 +142,8 @@ pub(crate) trait AnySet: Any + Send + Sync {
     );
     /// Adds what [`Self::linearise`] wrote to the normal equations, factor by factor.
     fn scatter(&self, range: Range<usize>, parts: &[f64], plan: &SetPlan, normal: &mut Normal);
+    /// The factors that are to be kept, in a set of their own.
+    fn part(&self, keep: &dyn Fn(usize) -> bool) -> Box<dyn AnySet>;
     fn set_kernel(&mut self, kernel: Kernel);
     fn set_kernel_of(&mut self, index: usize, kernel: Kernel);
     /// A kernel whose scale makes no sense.
@@ -222,6 +227,18 @@ impl<F: Factor<R>, const R: usize> AnySet for FactorSet<F, R> {
             cost
         })
     }
+    fn renew(&mut self, values: &Values) -> Renewal {
+        let stores = F::Variables::stores(values);
+        let mut renewal = Renewal::default();
+        for ((factor, slots), noise) in self.factors.iter_mut().zip(&self.slots).zip(&mut self.noises) {
+            let renewed =
+                F::Variables::gather(&stores, slots).and_then(|variables| factor.renewed(&variables));
+            let Some(renewed) = renewed else { continue };
+            (*factor, *noise) = (renewed.factor, renewed.noise);
+            renewal = renewal.and(Renewal { factors: 1, largest: renewed.error });
+        }
+        renewal
+    }
     fn residual_dim(&self) -> usize {
         R
     }
@@ -254,6 +271,14 @@ impl<F: Factor<R>, const R: usize> AnySet for FactorSet<F, R> {
         for (index, part) in range.zip(parts.chunks_exact(stride(F::Variables::DIMS))) {
             plan.scatter(index, F::Variables::DIMS, part, normal);
         }
+    }
+    fn part(&self, keep: &dyn Fn(usize) -> bool) -> Box<dyn AnySet> {
+        let mut part = Self::new();
+        for index in (0..self.len()).filter(|&index| keep(index)) {
+            let (factor, noise) = (self.factors[index].clone(), self.noises[index]);
+            part.push(self.slots[index], factor, noise, self.kernels[index]);
+        }
+        Box::new(part)
     }
     fn set_kernel(&mut self, kernel: Kernel) {
         self.kernels.fill(kernel);

@@ -2,6 +2,7 @@
 
 use core::any::{Any, TypeId};
 use core::ops::Range;
+use std::sync::Arc;
 
 use nalgebra::DVector;
 
@@ -9,6 +10,7 @@ use super::factor::{MAX_ARITY, Slots};
 use super::linear::structure::{Normal, SetPlan};
 use super::linear::vector::dot;
 use super::noise::Noise;
+use super::renewal::Renewal;
 use super::set::{AnySet, normal_equations, stride};
 use super::values::{Offsets, Values, VariableId};
 use super::{FactorId, Graph, GraphError, Kernel};
@@ -34,7 +36,7 @@ use super::{FactorId, Graph, GraphError, Kernel};
 ///             *r = at(self.ends[i][1]) - at(self.ends[i][0]) - self.lengths[i];
 ///         }
 ///     }
-///     fn residuals_jac(&self, values: &Values, range: Range<usize>, residuals: &mut [f64], jacobians: &mut [Vec<f64>]) {
+///     fn residuals_jac(&self, values: &Values, range: Range<usize>, residuals: &mut [f64], jacobians: &mut [&mut [f64]]) {
 ///         self.residuals(values, range, residuals);
 ///         jacobians[0].fill(-1.0);
 ///         jacobians[1].fill(1.0);
@@ -72,7 +74,7 @@ pub trait FactorBatch<const R: usize>: Send + Sync + 'static {
         values: &Values,
         range: Range<usize>,
         residuals: &mut [f64],
-        jacobians: &mut [Vec<f64>],
+        jacobians: &mut [&mut [f64]],
     );
 }
 
@@ -111,7 +113,8 @@ impl Graph {
             slots: (0..count).map(|i| slots_of(columns, i)).collect(),
             kernels: vec![kernel; count],
             noises,
-            batch,
+            places: (0..count).collect(),
+            batch: Arc::new(batch),
         }));
         Ok((0..count as u32).map(|index| FactorId { set, index }).collect())
     }
@@ -123,7 +126,9 @@ fn slots_of(columns: &[Vec<VariableId>], factor: usize) -> Slots {
 
 /// A batch with its variables and noises.
 struct BatchSet<B, const R: usize> {
-    batch: B,
+    batch: Arc<B>,
+    /// Of each factor in the batch; ascending.
+    places: Vec<usize>,
     /// Of the variables that each factor reads, in order.
     kinds: Vec<TypeId>,
     names: Vec<&'static str>,
@@ -134,10 +139,21 @@ struct BatchSet<B, const R: usize> {
 }
 
 impl<B: FactorBatch<R>, const R: usize> BatchSet<B, R> {
+    /// The places of the factors of `range` in the batch, as ranges.
+    fn runs(&self, range: Range<usize>) -> impl Iterator<Item = Range<usize>> {
+        let runs = self.places[range].chunk_by(|a, b| a + 1 == *b);
+        runs.map(|run| run[0]..run[0] + run.len())
+    }
+
     /// U·r of the factors of `range`.
     fn whitened(&self, values: &Values, range: Range<usize>) -> Vec<f64> {
         let mut residuals = vec![f64::NAN; R * range.len()];
-        self.batch.residuals(values, range.clone(), &mut residuals);
+        let mut rest = &mut residuals[..];
+        for run in self.runs(range.clone()) {
+            let (own, others) = rest.split_at_mut(R * run.len());
+            self.batch.residuals(values, run, own);
+            rest = others;
+        }
         self.whiten(range, &mut residuals, 1);
         residuals
     }
@@ -146,7 +162,16 @@ impl<B: FactorBatch<R>, const R: usize> BatchSet<B, R> {
     fn whitened_jac(&self, values: &Values, range: Range<usize>) -> (Vec<f64>, Vec<Vec<f64>>) {
         let mut residuals = vec![f64::NAN; R * range.len()];
         let mut jacobians: Vec<_> = self.dims.iter().map(|d| vec![f64::NAN; R * d * range.len()]).collect();
-        self.batch.residuals_jac(values, range.clone(), &mut residuals, &mut jacobians);
+        let (mut rest, mut rows) =
+            (&mut residuals[..], jacobians.iter_mut().map(|j| &mut j[..]).collect::<Vec<_>>());
+        for run in self.runs(range.clone()) {
+            let (own, others) = rest.split_at_mut(R * run.len());
+            let split =
+                rows.into_iter().zip(&self.dims).map(|(row, dim)| row.split_at_mut(R * dim * run.len()));
+            let (mut own_rows, other_rows): (Vec<_>, Vec<_>) = split.unzip();
+            self.batch.residuals_jac(values, run, own, &mut own_rows);
+            (rest, rows) = (others, other_rows);
+        }
         self.whiten(range.clone(), &mut residuals, 1);
         for (jacobian, &dim) in jacobians.iter_mut().zip(&self.dims) {
             self.whiten(range.clone(), jacobian, dim);
@@ -215,6 +240,9 @@ impl<B: FactorBatch<R>, const R: usize> AnySet for BatchSet<B, R> {
         }
         cost
     }
+    fn renew(&mut self, _: &Values) -> Renewal {
+        Renewal::default()
+    }
     fn residual_dim(&self) -> usize {
         R
     }
@@ -242,6 +270,19 @@ impl<B: FactorBatch<R>, const R: usize> AnySet for BatchSet<B, R> {
         for (index, part) in range.zip(parts.chunks_exact(stride(&self.dims))) {
             plan.scatter(index, &self.dims, part, normal);
         }
+    }
+    fn part(&self, keep: &dyn Fn(usize) -> bool) -> Box<dyn AnySet> {
+        let kept: Vec<usize> = (0..self.len()).filter(|&index| keep(index)).collect();
+        Box::new(Self {
+            batch: Arc::clone(&self.batch),
+            places: kept.iter().map(|&index| self.places[index]).collect(),
+            kinds: self.kinds.clone(),
+            names: self.names.clone(),
+            dims: self.dims.clone(),
+            slots: kept.iter().map(|&index| self.slots[index]).collect(),
+            noises: kept.iter().map(|&index| self.noises[index]).collect(),
+            kernels: kept.iter().map(|&index| self.kernels[index]).collect(),
+        })
     }
     fn set_kernel(&mut self, kernel: Kernel) {
         self.kernels.fill(kernel);

@@ -2,12 +2,14 @@
 
 use core::fmt::Debug;
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{SMatrix, SVector, Vector3};
 use num_dual::{Derivative, DualSVec64};
 
+use crate::camera::{Camera, DoubleSphere, KannalaBrandt, Pinhole, Snavely, Stereo, View};
 use crate::lie::{
-    LieGroup, R3xSO3, Real, Rn, RxSO2, RxSO3, S2, S3, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3,
+    Action, LieGroup, R3xSO3, Real, Rn, RxSO2, RxSO3, S2, S3, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3,
 };
+use crate::trajectory::{ImuBias, Moving};
 
 /// A variable of the graph: a point of a manifold with tangent space ℝᴰ, moved by X ⊞ δ on the local side.
 ///
@@ -81,6 +83,8 @@ impl<const R: usize, const D: usize> JacobianBlock for SMatrix<f64, R, D> {
 pub trait GroupVariable<const D: usize>: Variable + LieGroup<D, Scalar = f64> {
     /// The same element, seen as a group.
     fn group<S: Real>(x: &<Self as Variable>::Over<S>) -> <Self as LieGroup<D>>::Over<S>;
+    /// The same element, seen as a variable.
+    fn variable<S: Real>(x: &<Self as LieGroup<D>>::Over<S>) -> <Self as Variable>::Over<S>;
     /// The same matrix, seen as a Jacobian by this variable.
     fn jacobian<const R: usize>(matrix: SMatrix<f64, R, D>) -> Self::Jacobian<R>;
 }
@@ -91,6 +95,22 @@ pub trait Located<const N: usize>: Variable {
     fn position<S: Real>(x: &Self::Over<S>) -> SVector<S, N>;
     /// Its position and the N×D derivative on the local side.
     fn position_jac(&self) -> (SVector<f64, N>, Self::Jacobian<N>);
+}
+
+/// A variable that carries a body: points fixed to it stand in ℝᴺ. Planar and spatial poses, extended poses.
+pub trait Carries<const N: usize>: Located<N> {
+    /// X·p: the point `p` of the body, in metres of the parent frame.
+    fn carry<S: Real>(x: &Self::Over<S>, p: &SVector<S, N>) -> SVector<S, N>;
+    /// X·p and its N×D derivative on the local side.
+    fn carry_jac(&self, p: &SVector<f64, N>) -> (SVector<f64, N>, Self::Jacobian<N>);
+}
+
+/// A variable that has an image of points, R numbers: a camera of those in its own frame, a [`View`] of those of the world.
+pub trait ImageVariable<const R: usize, const D: usize>: Variable {
+    /// The bare formula of the image, [`Camera::image`].
+    fn image<S: Real>(x: &Self::Over<S>, p: &Vector3<S>) -> SVector<S, R>;
+    /// `(image, d_image_d_self, d_image_d_p)`, R×D and R×3.
+    fn image_jac(&self, p: &Vector3<f64>) -> (SVector<f64, R>, Self::Jacobian<R>, SMatrix<f64, R, 3>);
 }
 
 /// Makes a [`Manifold`](crate::lie::Manifold) in `f64` a [`Variable`], and with `group` a [`LieGroup`] a
@@ -133,6 +153,9 @@ macro_rules! variable {
         $crate::variable!($(const $n,)? $type, $over, $dim, $name, $coordinates $(, $pose)?);
         impl $(<const $n: usize>)? $crate::graph::GroupVariable<{ $dim }> for $type {
             fn group<S: $crate::lie::Real>(x: &$over) -> $over {
+                *x
+            }
+            fn variable<S: $crate::lie::Real>(x: &$over) -> $over {
                 *x
             }
             fn jacobian<const R: usize>(
@@ -193,6 +216,49 @@ variable!(pose S3, S3<S>, 3, "S3", &["rotation about x", "rotation about y", "ro
 variable!(S2, S2<S>, 2, "S2", &["along the first basis vector", "along the second basis vector"]);
 variable!(pose Sim2, Sim2<S>, 4, "Sim2", &["x", "y", "yaw", "log scale"]);
 
+/// Cameras, and views of them: `model, R, P, D = 6 + P, names, intrinsics`.
+macro_rules! cameras {
+    ($($camera:ident, $r:literal, $p:literal, $d:literal, $name:literal, $view:literal, [$($intrinsic:literal),+];)+) => { $(
+        variable!($camera, $camera<S>, $p, $name, &[$($intrinsic),+]);
+        impl ImageVariable<$r, $p> for $camera {
+            #[inline]
+            fn image<S: Real>(x: &$camera<S>, p: &Vector3<S>) -> SVector<S, $r> {
+                Camera::image(x, p)
+            }
+            #[inline]
+            fn image_jac(
+                &self,
+                p: &Vector3<f64>,
+            ) -> (SVector<f64, $r>, SMatrix<f64, $r, $p>, SMatrix<f64, $r, 3>) {
+                let (image, d_p, d_self) = Camera::image_jac(self, p);
+                (image, d_self, d_p)
+            }
+        }
+        variable!(View<$camera, $p, $d>, View<$camera<S>, $p, $d>, $d, $view,
+            &["x", "y", "z", "rotation about x", "rotation about y", "rotation about z", $($intrinsic),+]);
+        impl ImageVariable<$r, $d> for View<$camera, $p, $d> {
+            #[inline]
+            fn image<S: Real>(x: &View<$camera<S>, $p, $d>, p: &Vector3<S>) -> SVector<S, $r> {
+                x.image(p)
+            }
+            #[inline]
+            fn image_jac(
+                &self,
+                p: &Vector3<f64>,
+            ) -> (SVector<f64, $r>, SMatrix<f64, $r, $d>, SMatrix<f64, $r, 3>) {
+                self.image_jac(p)
+            }
+        }
+    )+ };
+}
+cameras! {
+    Pinhole, 2, 9, 15, "pinhole camera", "pinhole view", ["fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"];
+    KannalaBrandt, 2, 8, 14, "fisheye camera", "fisheye view", ["fx", "fy", "cx", "cy", "k1", "k2", "k3", "k4"];
+    DoubleSphere, 2, 6, 12, "double sphere camera", "double sphere view", ["fx", "fy", "cx", "cy", "xi", "alpha"];
+    Snavely, 2, 3, 9, "Snavely camera", "Snavely view", ["f", "k1", "k2"];
+    Stereo, 4, 5, 11, "stereo camera", "stereo view", ["fx", "fy", "cx", "cy", "baseline"];
+}
+
 impl<const N: usize> Located<N> for Rn<N> {
     fn position<S: Real>(x: &Rn<N, S>) -> SVector<S, N> {
         x.vector()
@@ -201,6 +267,63 @@ impl<const N: usize> Located<N> for Rn<N> {
         (self.vector(), SMatrix::identity())
     }
 }
+
+variable!(group ImuBias, ImuBias<S>, 6, "bias", &["gyroscope x", "gyroscope y", "gyroscope z", "accelerometer x", "accelerometer y", "accelerometer z"]);
+
+// Of another number of parameters than the macro knows. Holding one would hold its velocity, too: no POSE.
+impl<G: GroupVariable<D>, const D: usize, const R: usize, const N: usize> Variable for Moving<G, D, R, N> {
+    const DIM: usize = N;
+    const NAME: &'static str = "moving element";
+    const COORDINATES: &'static [&'static str] = G::COORDINATES;
+    type Jacobian<const K: usize> = SMatrix<f64, K, N>;
+    type Over<S: Real> = Moving<<G as LieGroup<D>>::Over<S>, D, R, N>;
+
+    fn retract(&self, delta: &[f64]) -> Self {
+        self.rplus(&SVector::from_column_slice(delta))
+    }
+    fn constant<S: Real>(&self) -> <Self as Variable>::Over<S> {
+        LieGroup::map(self, S::lit)
+    }
+    fn perturb<S: Real>(&self, delta: &[S]) -> <Self as Variable>::Over<S> {
+        LieGroup::map(self, S::lit).rplus(&SVector::from_column_slice(delta))
+    }
+    fn derivative<const K: usize>(residual: &impl TangentResidual<K>) -> SMatrix<f64, K, N> {
+        derivative(residual)
+    }
+    fn is_finite(&self) -> bool {
+        self.value().is_finite()
+            && self.motion().velocity.iter().chain(&self.motion().acceleration).all(|x| x.is_finite())
+    }
+}
+
+impl<G: GroupVariable<D>, const D: usize, const R: usize, const N: usize> GroupVariable<N>
+    for Moving<G, D, R, N>
+{
+    fn group<S: Real>(x: &<Self as Variable>::Over<S>) -> <Self as LieGroup<N>>::Over<S> {
+        *x
+    }
+    fn variable<S: Real>(x: &<Self as LieGroup<N>>::Over<S>) -> <Self as Variable>::Over<S> {
+        *x
+    }
+    fn jacobian<const K: usize>(matrix: SMatrix<f64, K, N>) -> SMatrix<f64, K, N> {
+        matrix
+    }
+}
+
+macro_rules! carries {
+    ($($pose:ident $n:literal),+) => {
+        $(impl Carries<$n> for $pose {
+            fn carry<S: Real>(x: &$pose<S>, p: &SVector<S, $n>) -> SVector<S, $n> {
+                x.act(p)
+            }
+            fn carry_jac(&self, p: &SVector<f64, $n>) -> (SVector<f64, $n>, Self::Jacobian<$n>) {
+                let (place, d_self, _) = self.act_jac(p);
+                (place, d_self)
+            }
+        })+
+    };
+}
+carries!(SE2 2, SE3 3, SE23 3);
 
 impl Located<2> for SE2 {
     fn position<S: Real>(x: &SE2<S>) -> SVector<S, 2> {
@@ -221,6 +344,17 @@ impl Located<3> for SE3 {
         let mut jacobian = SMatrix::<f64, 3, 6>::zeros();
         jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&self.rotation().to_matrix());
         (self.translation(), jacobian)
+    }
+}
+
+impl Located<3> for SE23 {
+    fn position<S: Real>(x: &SE23<S>) -> SVector<S, 3> {
+        x.position()
+    }
+    fn position_jac(&self) -> (SVector<f64, 3>, SMatrix<f64, 3, 9>) {
+        let mut jacobian = SMatrix::<f64, 3, 9>::zeros();
+        jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&self.rotation().to_matrix());
+        (self.position(), jacobian)
     }
 }
 

@@ -136,7 +136,7 @@ pub enum IoErrorKind {
         name: &'static str,
     },
     /// A packed file that grows beyond all measure.
-    #[error("the gzip file unpacks to more than {limit} bytes")]
+    #[error("the packed file unpacks to more than {limit} bytes")]
     TooLarge {
         /// What is read at most.
         limit: u64,
@@ -207,6 +207,34 @@ pub enum IoErrorKind {
     /// The compressed body does not decode.
     #[error("the compressed points are corrupt")]
     LzfCorrupt,
+    /// The bzip2 stream stops before its end.
+    #[error("the bzip2 file ends early")]
+    Bzip2Truncated,
+    /// The bzip2 stream does not decode, or its checksum is wrong.
+    #[error("the bzip2 file is corrupt")]
+    Bzip2Corrupt,
+    /// The numbers end before what the header promises.
+    #[error("the file ends where its header promises {expected}")]
+    EndsEarly {
+        /// What should follow.
+        expected: &'static str,
+    },
+    /// An observation by a camera that does not exist.
+    #[error("there is no camera {number}: the header promises {count}, counted from 0")]
+    NoSuchCamera {
+        /// Its number.
+        number: u32,
+        /// How many there are.
+        count: u32,
+    },
+    /// An observation of a point that does not exist.
+    #[error("there is no point {number}: the header promises {count}, counted from 0")]
+    NoSuchPoint {
+        /// Its number.
+        number: u32,
+        /// How many there are.
+        count: u32,
+    },
 }
 
 impl IoErrorKind {
@@ -253,8 +281,13 @@ impl IoError {
     /// What to do about it.
     pub fn help(&self) -> String {
         match &self.kind {
-            IoErrorKind::GzipTruncated => "fetch or copy the file again; it was cut off".into(),
+            IoErrorKind::GzipTruncated | IoErrorKind::Bzip2Truncated => "fetch or copy the file again; it was cut off".into(),
             IoErrorKind::GzipCorrupt => "fetch or copy the file again; `gzip -t` must accept it".into(),
+            IoErrorKind::Bzip2Corrupt => "fetch or copy the file again; `bzip2 -t` must accept it".into(),
+            IoErrorKind::EndsEarly { .. } => "fetch or copy the file again; it was cut off, or its first line is wrong".into(),
+            IoErrorKind::NoSuchCamera { .. } | IoErrorKind::NoSuchPoint { .. } => {
+                "the first line of the file must say: cameras points observations; all numbers count from 0".into()
+            }
             IoErrorKind::NotText { .. } => {
                 "pose graphs are plain or gzip text in g2o, TORO or iSAM format".into()
             }
@@ -278,7 +311,7 @@ impl IoError {
             }
             IoErrorKind::NoSamples { .. } => "is it the right file? Compare its first lines with the format's".into(),
             IoErrorKind::MissingColumn { .. } => self.columns_help(),
-            IoErrorKind::TooLarge { .. } => "unpack it with `gzip -d` if it is meant to be so large".into(),
+            IoErrorKind::TooLarge { .. } => "unpack it with `gzip -d` or `bzip2 -d` if it is meant to be so large".into(),
             IoErrorKind::NoPoints { .. }
             | IoErrorKind::UnknownWord { .. }
             | IoErrorKind::HeaderOpen { .. }

@@ -8,7 +8,7 @@
 //! | [TORO](Format::Toro) | `VERTEX2`, `VERTEX3` | `EDGE2`, `EDGE3` |
 //! | [iSAM](Format::Isam) | none | `ODOMETRY`, `EDGE2`, `EDGE3`, `LANDMARK`, `POINT3`, with the square root of the information |
 //!
-//! Clouds of points have files of their own, [`cloud`].
+//! Clouds of points have files of their own, [`cloud`], and bundles of cameras and points, too, [`bal`].
 //!
 //! Lines with other tags are kept in [`PoseGraph::other`]. Comments (`#` at the start of a line) are dropped.
 //!
@@ -37,6 +37,7 @@
 //!
 //! Samples come out in order of time, see [`Log`](crate::recording::Log); what was odd is told, not hidden.
 
+pub mod bal;
 pub mod cloud;
 mod elements;
 mod error;
@@ -50,6 +51,7 @@ pub use error::{IoError, IoErrorKind, Place, WriteError};
 pub use logs::*;
 
 use crate::pose_graph::{Fault, Line, PoseGraph};
+use bzip2::read::MultiBzDecoder;
 use core::{fmt, str::FromStr};
 use elements::Printer;
 use flate2::read::MultiGzDecoder;
@@ -172,28 +174,39 @@ pub fn write(graph: &PoseGraph, format: Format) -> Result<String, WriteError> {
 const UNPACKED_FACTOR: u64 = 256;
 const UNPACKED_AT_LEAST: u64 = 1 << 24;
 
-/// The text of a file: `bytes` as they are, or decompressed if they start like gzip. The spans of an [`IoError`] count in
+/// The text of a file: `bytes` as they are, or decompressed if they start like gzip or bzip2. The spans of an [`IoError`] count in
 /// this text.
 ///
 /// # Errors
-/// [`IoErrorKind::GzipTruncated`], [`IoErrorKind::GzipCorrupt`], or [`IoErrorKind::TooLarge`] for a file that is packed as no data are.
+/// [`IoErrorKind::GzipTruncated`], [`IoErrorKind::GzipCorrupt`], the same of bzip2, or [`IoErrorKind::TooLarge`] for a file that is packed as no data are.
 pub fn decompress<'a>(bytes: &'a [u8], name: &str) -> Result<Cow<'a, [u8]>, IoError> {
-    if !bytes.starts_with(b"\x1f\x8b") {
+    let (mut unpacked, truncated, corrupt): (Box<dyn Read + '_>, _, _) = if bytes.starts_with(b"\x1f\x8b") {
+        (Box::new(MultiGzDecoder::new(bytes)), IoErrorKind::GzipTruncated, IoErrorKind::GzipCorrupt)
+    } else if is_bzip2(bytes) {
+        (Box::new(MultiBzDecoder::new(bytes)), IoErrorKind::Bzip2Truncated, IoErrorKind::Bzip2Corrupt)
+    } else {
         return Ok(Cow::Borrowed(bytes));
-    }
+    };
     let mut text = Vec::new();
     let limit = UNPACKED_AT_LEAST + UNPACKED_FACTOR * bytes.len() as u64;
-    match MultiGzDecoder::new(bytes).take(limit + 1).read_to_end(&mut text) {
+    match unpacked.as_mut().take(limit + 1).read_to_end(&mut text) {
         Ok(length) if length as u64 > limit => {
             Err(IoError { name: name.into(), place: None, kind: IoErrorKind::TooLarge { limit } })
         }
         Ok(_) => Ok(Cow::Owned(text)),
         Err(error) => {
             let early = error.kind() == ErrorKind::UnexpectedEof;
-            let kind = if early { IoErrorKind::GzipTruncated } else { IoErrorKind::GzipCorrupt };
+            let kind = if early { truncated } else { corrupt };
             Err(IoError { name: name.into(), place: None, kind })
         }
     }
+}
+
+/// The magic of a bzip2 stream: its version, the size of its blocks, and how a block or an empty stream starts.
+fn is_bzip2(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"BZh")
+        && bytes.get(3).is_some_and(u8::is_ascii_digit)
+        && bytes.get(4..10).is_some_and(|start| start == b"1AY&SY" || start == b"\x17\x72\x45\x38\x50\x90")
 }
 
 /// Refuses to drop what `format` cannot hold: the first of `(what, count)` that is not zero.

@@ -28,10 +28,10 @@ pub(super) fn sin_cos(x: f64) -> (f64, f64) {
     // x = n·π/2 + r + low with r in [−π/4, π/4].
     let r = high + low;
     let (low, z) = (low - (r - high), r * r);
-    let sin = r + (r * z * horner(&SIN, z) + low * (1.0 - 0.5 * z));
+    let sin = r + (r * z * polynomial(&SIN, z) + low * (1.0 - 0.5 * z));
     let half = 0.5 * z;
     let one = 1.0 - half;
-    let cos = one + ((1.0 - one - half) + (z * z * horner(&COS, z) - r * low));
+    let cos = one + ((1.0 - one - half) + (z * z * polynomial(&COS, z) - r * low));
     let (s, c) = if quadrant & 1 == 0 { (sin, cos) } else { (cos, sin) };
     let signed = |v: f64, q: u64| f64::from_bits(v.to_bits() ^ ((q & 2) << 62));
     (signed(s, quadrant), signed(c, quadrant.wrapping_add(1)))
@@ -47,7 +47,7 @@ pub(super) fn exp(x: f64) -> f64 {
     let (high, low) = (x - n * LN2[0], n * LN2[1]);
     let r = high - low;
     let rest = (high - r) - low;
-    let e = 1.0 + (r + (r * r * horner(&EXP, r) + rest));
+    let e = 1.0 + (r + (r * r * polynomial(&EXP, r) + rest));
     // e·2ⁿ by its exponent.
     f64::from_bits(e.to_bits().wrapping_add(shifted.to_bits() << 52))
 }
@@ -60,11 +60,6 @@ pub(super) fn exp(x: f64) -> f64 {
 pub(super) fn arc<S: Real>(w: S) -> S {
     let u = S::one() - w;
     S::one() + u * if S::EPSILON > 1e-10 { polynomial(&ARC_SINGLE, u) } else { polynomial(&ARC, u) }
-}
-
-#[cfg_attr(not(debug_assertions), inline(always))]
-fn horner<const N: usize>(a: &[f64; N], x: f64) -> f64 {
-    a.iter().rev().fold(0.0, |sum, a| sum * x + a)
 }
 
 /// Σ aⱼxʲ: even and odd powers by Horner's rule in x², side by side. Few and short steps, which a compiler writes out; a loop

@@ -110,12 +110,18 @@ pub enum LieError {
         /// Its weight.
         weight: f64,
     },
+    /// A threshold that is negative, 0 or NaN.
+    #[error("a threshold must be positive, but it is {threshold}; take `median` for one next to 0")]
+    NotAThreshold {
+        /// The threshold.
+        threshold: f64,
+    },
     /// All weights are zero.
     #[error("all weights are zero; some element must count")]
     NoWeight,
     /// Elements so far apart that several means, or none, are as good.
     #[error(
-        "too dispersed for one mean: element {index} is {reach:.2} of the way to the cut locus, and 0.50 is the bound (rotations: 90°); if some elements are outliers, take `median`"
+        "too dispersed for one mean: element {index} is {reach:.2} of the way to the cut locus, and 0.50 is the bound (rotations: 90°); if some elements are outliers, take `median` or `huber_mean`"
     )]
     TooDispersed {
         /// The element furthest on its way from the centre to where Log jumps.

@@ -1,10 +1,10 @@
-//! The one system of equations that means need.
+//! The inverse of a small matrix: of what means and information filters solve.
 
 use super::Real;
 use nalgebra::SMatrix;
 
 /// A⁻¹ by elimination with row pivots, chosen by value: for single numbers. None where a pivot is zero, or NaN.
-pub(super) fn inverse<S: Real, const D: usize>(a: &SMatrix<S, D, D>) -> Option<SMatrix<S, D, D>> {
+pub(crate) fn inverse<S: Real, const D: usize>(a: &SMatrix<S, D, D>) -> Option<SMatrix<S, D, D>> {
     let (mut a, mut inverse) = (*a, SMatrix::<S, D, D>::identity());
     for k in 0..D {
         let size = |i: usize| a[(i, k)].value().abs();

@@ -8,6 +8,7 @@
 //! | bi-invariant, [`Means::mean`] | Σ wᵢ Log(X̄⁻¹Xᵢ) = 0 | in doubt: needs no metric, does not depend on frames or on the side |
 //! | geodesic, [`Means::geodesic_mean`] | min Σ wᵢ‖Log(X̄⁻¹Xᵢ)‖² | metres and radians have a known exchange rate; left-invariant only |
 //! | chordal, [`ChordalMean::chordal_mean`] | min Σ wᵢ‖X̄ − Xᵢ‖² of matrices | no iteration is wanted, or a start for one |
+//! | Huber's, [`Means::huber_mean`] | min Σ wᵢρ(‖Log(X̄⁻¹Xᵢ)‖) | a few data may be wrong, and the scatter of the others is known |
 //! | median, [`Means::median`] | min Σ wᵢ‖Log(X̄⁻¹Xᵢ)‖ | up to half of the data may be wrong |
 //!
 //! On SO(2), SO(3) and ℝⁿ the first two are the same: their metric is bi-invariant, and J_l⁻ᵀ(τ)·τ = τ. For data within θ of their
@@ -114,6 +115,12 @@ pub struct Mean<G: LieGroup<D>, const D: usize> {
 }
 
 impl<G: LieGroup<D>, const D: usize> Mean<G, D> {
+    /// How strong an element pulls for its distance: of [`Means::huber_mean`] 1 up to the threshold k and k/d beyond, where what is
+    /// below 1 was held for an outlier; of the median 1/d, and 0 for an element that is X̄; of the others 1.
+    pub fn pull(&self, element: &G) -> G::Scalar {
+        self.kind.pull(&element.rminus(&self.value), self.touch)
+    }
+
     /// ∂X̄/∂Xᵢ, D×D, right: how the mean follows one of its elements, whose weight is the `share` wᵢ/Σw. None where the mean
     /// does not follow smoothly, such as a median that sits on an element.
     pub fn jac(&self, element: &G, share: G::Scalar) -> Option<Jacobian<G::Scalar, D>> {
@@ -153,7 +160,7 @@ pub trait Means<const D: usize>: LieGroup<D> {
     /// [`LieError::NoElements`]; [`LieError::WeightCount`], [`LieError::NotAWeight`], [`LieError::NoWeight`];
     /// [`LieError::NotFinite`]; [`LieError::TooDispersed`] for several means, [`LieError::NotConverged`].
     fn mean(elements: &[Self], weights: Weights<'_>) -> Result<Mean<Self, D>, LieError> {
-        refuse(Kind::BiInvariant, elements, Self::barycentre(elements, weights))
+        Average::new(Kind::BiInvariant, elements, weights)?.the_only_one()
     }
 
     /// [`Means::mean`] however dispersed the elements are, as long as the iteration settles. Check [`Mean::beyond`].
@@ -161,7 +168,7 @@ pub trait Means<const D: usize>: LieGroup<D> {
     /// # Errors
     /// Those of [`Means::mean`] but [`LieError::TooDispersed`].
     fn barycentre(elements: &[Self], weights: Weights<'_>) -> Result<Mean<Self, D>, LieError> {
-        Average { kind: Kind::BiInvariant, elements, weights, total: weights.total(elements.len())? }.solve()
+        Average::new(Kind::BiInvariant, elements, weights)?.solve()
     }
 
     /// The X̄ that minimises Σ wᵢ‖m ∘ Log(X̄⁻¹Xᵢ)‖², [`Distance::weighted_distance`](super::Distance::weighted_distance) squared, m
@@ -175,8 +182,7 @@ pub trait Means<const D: usize>: LieGroup<D> {
         weights: Weights<'_>,
         metric: &Tangent<Self::Scalar, D>,
     ) -> Result<Mean<Self, D>, LieError> {
-        let (kind, total) = (Kind::Geodesic(*metric), weights.total(elements.len())?);
-        refuse(kind, elements, Average { kind, elements, weights, total }.solve())
+        Average::new(Kind::Geodesic(*metric), elements, weights)?.the_only_one()
     }
 
     /// The median of Weiszfeld (1937), of exponential barycentres: Σ wᵢτᵢ/‖m ∘ τᵢ‖ = 0 with τᵢ = Log(X̄⁻¹Xᵢ) and m the factors per metre
@@ -198,8 +204,39 @@ pub trait Means<const D: usize>: LieGroup<D> {
         weights: Weights<'_>,
         metric: &Tangent<Self::Scalar, D>,
     ) -> Result<Mean<Self, D>, LieError> {
-        let (kind, total) = (Kind::Median(*metric), weights.total(elements.len())?);
-        refuse(kind, elements, Average { kind, elements, weights, total }.solve())
+        Average::new(Kind::Median(*metric), elements, weights)?.the_only_one()
+    }
+
+    /// Huber's (1964) mean, of exponential barycentres: Σ wᵢ·min(1, k/dᵢ)·τᵢ = 0 with τᵢ = Log(X̄⁻¹Xᵢ), dᵢ = ‖m ∘ τᵢ‖ and k = `threshold`.
+    /// Elements nearer than k count as in [`Means::mean`], those beyond pull as strong as if they were at k: by their direction.
+    ///
+    /// Between the mean, k = ∞, and the median, k → 0. With m = 1/σ of each coordinate k is a number of standard deviations; k² the
+    /// quantile of χ² with D degrees of freedom that 95 % of good elements keep below (SO(3): k = 2.8) costs little of the mean's precision
+    /// where there are no outliers. [`Mean::pull`] says which elements were held for some.
+    ///
+    /// ```
+    /// use boxplus::lie::{LieGroup, Means, SO3, Weights};
+    /// use nalgebra::Vector3;
+    /// let readings = [0.00, 0.02, -0.01, 0.01, 1.5].map(SO3::about_z); // the last is an outlier
+    /// let (per_sigma, k) = (Vector3::repeat(1.0 / 0.02), 2.8);
+    /// let mean = SO3::huber_mean(&readings, Weights::Equal, &per_sigma, k)?;
+    /// assert!(mean.value.log().norm() < 0.02); // the mean is at 0.3
+    /// assert!(mean.pull(&readings[4]) < 0.1 && mean.pull(&readings[1]) == 1.0);
+    /// # Ok::<(), boxplus::lie::LieError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of [`Means::median`]; [`LieError::NotAThreshold`] unless `threshold` is positive.
+    fn huber_mean(
+        elements: &[Self],
+        weights: Weights<'_>,
+        metric: &Tangent<Self::Scalar, D>,
+        threshold: f64,
+    ) -> Result<Mean<Self, D>, LieError> {
+        if threshold.is_nan() || threshold <= 0.0 {
+            return Err(LieError::NotAThreshold { threshold });
+        }
+        Average::new(Kind::Huber(*metric, threshold), elements, weights)?.the_only_one()
     }
 }
 
@@ -211,20 +248,38 @@ enum Kind<S, const D: usize> {
     BiInvariant,
     Geodesic(Tangent<S, D>),
     Median(Tangent<S, D>),
+    Huber(Tangent<S, D>, f64),
 }
 
 impl<S: Real, const D: usize> Kind<S, D> {
-    const fn iterations(&self) -> usize {
-        if let Self::Median(_) = self { 2000 } else { 100 }
+    /// Whether an element far away pulls no stronger than one at some distance.
+    const fn is_robust(&self) -> bool {
+        matches!(self, Self::Median(_) | Self::Huber(..))
     }
 
-    /// v(τ), what an element at τ from the mean contributes: τ, J_l⁻ᵀ(τ)Ωτ, or τ/√(τᵀΩτ) unless it is nearer than `touch`. Ω = diag(metric²).
+    const fn iterations(&self) -> usize {
+        if self.is_robust() { 2000 } else { 100 }
+    }
+
+    /// h(τ), by which the pull of an element at τ from the mean is reduced: 1, or where that is robust 1/d or k/d beyond d = k,
+    /// d = √(τᵀΩτ) and Ω = diag(metric²). 0 for what holds the median, being nearer than `touch`.
+    fn pull(&self, tau: &Tangent<S, D>, touch: f64) -> S {
+        match self {
+            Self::BiInvariant | Self::Geodesic(_) => S::one(),
+            Self::Median(_) if size(tau) <= touch => S::zero(),
+            Self::Median(metric) => S::one() / length(metric, tau),
+            Self::Huber(metric, threshold) => {
+                let distance = length(metric, tau);
+                if distance.value() <= *threshold { S::one() } else { S::lit(*threshold) / distance }
+            }
+        }
+    }
+
+    /// v(τ), what an element at τ from the mean contributes: h(τ)·τ, of the geodesic mean J_l⁻ᵀ(τ)Ωτ.
     fn influence<G: LieGroup<D, Scalar = S>>(&self, tau: &Tangent<S, D>, touch: f64) -> Tangent<S, D> {
         match self {
-            Self::BiInvariant => *tau,
             Self::Geodesic(metric) => G::left_jacobian_inverse(tau).tr_mul(&squared(metric, tau)),
-            Self::Median(_) if size(tau) <= touch => Tangent::zeros(),
-            Self::Median(metric) => tau / length(metric, tau),
+            _ => tau * self.pull(tau, touch),
         }
     }
 
@@ -243,10 +298,13 @@ impl<S: Real, const D: usize> Kind<S, D> {
                 Some(slope)
             }
             Self::Median(_) if size(tau) <= touch => None,
-            Self::Median(metric) => {
-                let length = length(metric, tau);
-                let unit = tau / length;
-                Some((SMatrix::identity() - unit * squared(metric, &unit).transpose()) / length)
+            Self::Huber(metric, threshold) if length(metric, tau).value() <= *threshold => {
+                Some(SMatrix::identity())
+            }
+            Self::Median(metric) | Self::Huber(metric, _) => {
+                let unit = tau / length(metric, tau);
+                let across = SMatrix::identity() - unit * squared(metric, &unit).transpose();
+                Some(across * self.pull(tau, touch))
             }
         }
     }
@@ -275,7 +333,36 @@ struct Average<'a, G: LieGroup<D>, const D: usize> {
     total: [f64; 2],
 }
 
-impl<G: LieGroup<D>, const D: usize> Average<'_, G, D> {
+impl<'a, G: LieGroup<D>, const D: usize> Average<'a, G, D> {
+    fn new(kind: Kind<G::Scalar, D>, elements: &'a [G], weights: Weights<'a>) -> Result<Self, LieError> {
+        Ok(Self { kind, elements, weights, total: weights.total(elements.len())? })
+    }
+
+    /// A mean that may not be the only one is refused.
+    fn the_only_one(&self) -> Result<Mean<G, D>, LieError> {
+        let bearable = if self.kind.is_robust() { 0.5 } else { f64::MIN_POSITIVE };
+        let mean = self.solve()?;
+        if mean.beyond < bearable { Ok(mean) } else { Err(self.too_dispersed(&mean.value)) }
+    }
+
+    /// Which element that counts is furthest on its way to the cut locus, and how far.
+    fn too_dispersed(&self, center: &G) -> LieError {
+        let (mut index, mut shortest) = (0, 1.0);
+        for (i, (x, share)) in self.shares().enumerate() {
+            let tau = x.rminus(center);
+            // The element is at 1/(2s) of its way when s·τ is half-way; bisect s.
+            if share > 0.0 && is_half_way::<G, D>(&tau, shortest) {
+                let (mut near, mut far) = (0.5, shortest);
+                for _ in 0..30 {
+                    let middle = 0.5 * (near + far);
+                    if is_half_way::<G, D>(&tau, middle) { far = middle } else { near = middle }
+                }
+                (index, shortest) = (i, far);
+            }
+        }
+        LieError::TooDispersed { index, reach: (0.5 / shortest).min(1.0) }
+    }
+
     fn solve(&self) -> Result<Mean<G, D>, LieError> {
         let mut value = self.start()?;
         let mut length = f64::INFINITY;
@@ -332,7 +419,7 @@ impl<G: LieGroup<D>, const D: usize> Average<'_, G, D> {
         match &self.kind {
             Kind::BiInvariant => self.balance(center, touch),
             Kind::Geodesic(metric) => self.gauss_newton(center, metric),
-            Kind::Median(metric) => self.weiszfeld(center, metric, touch),
+            Kind::Median(_) | Kind::Huber(..) => self.reweighted(center, touch),
         }
     }
 
@@ -364,11 +451,11 @@ impl<G: LieGroup<D>, const D: usize> Average<'_, G, D> {
         inverse(&hessian).map_or_else(not_a_number, |h| h * self.balance(center, 0.0))
     }
 
-    /// Σ wᵢvᵢ/Σ (wᵢ/dᵢ), over the elements that are elsewhere.
-    fn weiszfeld(&self, center: &G, metric: &Tangent<G::Scalar, D>, touch: f64) -> Tangent<G::Scalar, D> {
-        let elsewhere = self.tangents(center).filter(|(tau, _)| size(tau) > touch);
-        let stiffness = elsewhere.map(|(tau, share)| G::Scalar::lit(share) / length(metric, &tau));
-        let stiffness = stiffness.fold(G::Scalar::lit(0.0), |a, b| a + b);
+    /// Σ wᵢvᵢ/Σ wᵢhᵢ: the mean with weights as they are from here. Weiszfeld (1937).
+    fn reweighted(&self, center: &G, touch: f64) -> Tangent<G::Scalar, D> {
+        let pulls =
+            self.tangents(center).map(|(tau, share)| G::Scalar::lit(share) * self.kind.pull(&tau, touch));
+        let stiffness = pulls.fold(G::Scalar::lit(0.0), |a, b| a + b);
         // Where all are here, 0 by a small number.
         self.balance(center, touch) / (stiffness + G::Scalar::lit(f64::from(f32::MIN_POSITIVE)))
     }
@@ -424,44 +511,13 @@ fn is_finite<S: Real, const R: usize, const C: usize>(m: &SMatrix<S, R, C>) -> b
 }
 
 /// Whether `stretch`·τ is half of the way to the cut locus or beyond: twice as long, Log no longer gives it back. The jump is by
-/// whole turns, so that rounding is not taken for it.
+/// whole turns, and moves a translation by as much as its length, so that rounding is not taken for it.
 fn is_half_way<G: LieGroup<D>, const D: usize>(tau: &Tangent<G::Scalar, D>, stretch: f64) -> bool {
-    let margin = 1.0 + G::Scalar::EPSILON.simd_sqrt();
-    let twice = tau * G::Scalar::lit(2.0 * stretch * margin);
+    let small = G::Scalar::EPSILON.simd_sqrt();
+    let twice = tau * G::Scalar::lit(2.0 * stretch * (1.0 + small));
     let change = G::exp(&twice).log() - twice;
-    !change.iter().all(|x| x.value().abs() < 1.0)
-}
-
-/// A mean that may not be the only one is refused.
-fn refuse<G: LieGroup<D>, const D: usize>(
-    kind: Kind<G::Scalar, D>,
-    elements: &[G],
-    found: Result<Mean<G, D>, LieError>,
-) -> Result<Mean<G, D>, LieError> {
-    let bound = if let Kind::Median(_) = kind { 0.5 } else { f64::MIN_POSITIVE };
-    match found {
-        Ok(mean) if mean.beyond < bound => Ok(mean),
-        Ok(mean) => Err(too_dispersed(elements, &mean.value)),
-        Err(error) => Err(error),
-    }
-}
-
-/// Which element is furthest on its way to the cut locus, and how far.
-fn too_dispersed<G: LieGroup<D>, const D: usize>(elements: &[G], center: &G) -> LieError {
-    let (mut index, mut shortest) = (0, 1.0);
-    for (i, x) in elements.iter().enumerate() {
-        let tau = x.rminus(center);
-        // The element is at 1/(2s) of its way when s·τ is half-way; bisect s.
-        if is_half_way::<G, D>(&tau, shortest) {
-            let (mut near, mut far) = (0.5, shortest);
-            for _ in 0..30 {
-                let middle = 0.5 * (near + far);
-                if is_half_way::<G, D>(&tau, middle) { far = middle } else { near = middle }
-            }
-            (index, shortest) = (i, far);
-        }
-    }
-    LieError::TooDispersed { index, reach: (0.5 / shortest).min(1.0) }
+    let largest = twice.iter().fold(0.0, |a: f64, x| a.max(x.value().abs()));
+    !change.iter().all(|x| x.value().abs() < 1.0 + small * largest)
 }
 
 /// Groups of matrices whose mean matrix has a nearest element.

@@ -48,7 +48,7 @@ mod groups;
 mod lanes;
 pub mod laws;
 mod left;
-mod linear;
+pub(crate) mod linear;
 pub mod log_near;
 mod manifold;
 pub mod means;

@@ -159,12 +159,12 @@ fn series<S: Real>(a: &[f64; MAX_TERMS + 1], x: S) -> S {
     S::lit(a[0]) + (y * even - x * odd)
 }
 
-const MAX_TERMS: usize = 12;
+pub(super) const MAX_TERMS: usize = 12;
 const C5: [f64; MAX_TERMS + 1] = inverse_factorials(5);
 const C6: [f64; MAX_TERMS + 1] = inverse_factorials(6);
 
 /// aⱼ = 1/(k + 2j)!, each rounded once.
-const fn inverse_factorials(k: usize) -> [f64; MAX_TERMS + 1] {
+pub(super) const fn inverse_factorials(k: usize) -> [f64; MAX_TERMS + 1] {
     let (mut a, mut factorial, mut n) = ([0.0; MAX_TERMS + 1], 1.0, 1);
     while n <= k + 2 * MAX_TERMS {
         factorial *= n as f64;

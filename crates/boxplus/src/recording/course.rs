@@ -236,12 +236,11 @@ where
     track.iter().map(|belief| belief.map(marginal)).collect()
 }
 
-/// Σ of the local error: from X = after·Exp(ξ)·before it is Ad of before⁻¹ away.
+/// Σ of the local error. With the mean as the origin, a change that leaves local errors as they are, both sides are one.
 pub(super) fn local_covariance<G, E, const D: usize>(belief: &Gaussian<G, D, E>) -> Covariance<D>
 where
     G: LieGroup<D, Scalar = f64>,
     E: Side,
 {
-    let (before, _) = E::around(belief.mean());
-    belief.covariance().transformed(&before.inverse().adjoint())
+    belief.covariance().transformed(&E::under_left_factor(&belief.mean().inverse()))
 }

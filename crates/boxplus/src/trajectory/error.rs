@@ -106,7 +106,8 @@ pub(super) fn check_ways<G: LieGroup<D>, const D: usize>(elements: &[G]) -> Resu
     }
     elements.windows(2).enumerate().try_for_each(|(segment, pair)| {
         let way = pair[1].rminus(&pair[0]);
-        check_finite(&way, segment)?;
+        // The second where nothing is wrong with the first.
+        check_finite(&way, segment + usize::from(check_finite(&pair[0].log(), segment).is_ok()))?;
         if is_the_shortest::<G, D>(&way) { Ok(()) } else { Err(TrajectoryError::Ambiguous { segment }) }
     })
 }

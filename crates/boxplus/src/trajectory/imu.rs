@@ -8,6 +8,7 @@
 //! states       X_j = Γ·F(X_i)·Δ      F: p ← p + vT      Γ = (I, ½gT², gT)              X ∈ SE₂(3)
 //! residual     r = Log(Δ(b)⁻¹·F(X_i)⁻¹·Γ⁻¹·X_j) ~ N(0, Σ)
 //! ∂r/∂X_j = J_r⁻¹(r)      ∂r/∂X_i = −J_r⁻¹(r)·Ad(D_ij⁻¹)·F      ∂r/∂b = −J_l⁻¹(r)·J_r(D·δb)·D
+//! ∂r/∂g = −J_r⁻¹(r)·Ad(D_ij⁻¹)·[½T²R_iᵀ; 0; T·R_iᵀ]
 //! ```
 //! with D_ij = F(X_i)⁻¹Γ⁻¹X_j what the states say of Δ, and J_r[φν] the columns φ, ν of J_r of SGal(3). Barrau & Bonnabel
 //! (2017), Brossard et al. (2022), Kelly (2023); the method is that of Forster et al. (2017).
@@ -25,28 +26,53 @@
 
 use super::TrajectoryError;
 use super::error::{check_duration, check_finite};
-use crate::lie::{LieGroup, Real, SE23, SGal3};
+use crate::lie::{LieGroup, Real, Rn, SE23, SGal3};
 use nalgebra::{SMatrix, SVector, Vector3};
 
-/// What a resting inertial sensor reads that is not there, in its own frame.
+/// What an inertial measurement unit shows during a step, held constant over it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ImuBias<S = f64> {
-    /// b_g, rad/s.
-    pub gyro: Vector3<S>,
-    /// b_a, m/s².
-    pub accel: Vector3<S>,
+pub struct Imu<S = f64> {
+    /// Angular rate, in rad/s of the body (not degrees).
+    pub gyroscope: Vector3<S>,
+    /// Specific force, in m/s² of the body: at rest, +g upwards (not multiples of g).
+    pub accelerometer: Vector3<S>,
+    /// Δ, in seconds.
+    pub duration: S,
+}
+
+crate::bundle! {
+    /// What a resting inertial sensor reads that is not there, in its own frame: a group, to which two of them add. Tangent
+    /// (b_g, b_a).
+    pub struct ImuBias {
+        gyro: Rn<3> [3],
+        accel: Rn<3> [3],
+    }
 }
 
 impl<S: Real> ImuBias<S> {
+    /// b_g in rad/s, b_a in m/s².
+    pub fn new(gyro: Vector3<S>, accel: Vector3<S>) -> Self {
+        Self { gyro: Rn::new(gyro), accel: Rn::new(accel) }
+    }
+
     /// No bias.
     pub fn zero() -> Self {
-        Self { gyro: Vector3::zeros(), accel: Vector3::zeros() }
+        Self::identity()
+    }
+
+    /// b_g, rad/s.
+    pub fn gyro(&self) -> Vector3<S> {
+        self.gyro.vector()
+    }
+
+    /// b_a, m/s².
+    pub fn accel(&self) -> Vector3<S> {
+        self.accel.vector()
     }
 
     /// (b_g, b_a): the order of the columns of derivatives in a bias.
     pub fn vector(&self) -> SVector<S, 6> {
-        let (g, a) = (self.gyro, self.accel);
-        SVector::from([g.x, g.y, g.z, a.x, a.y, a.z])
+        self.log()
     }
 }
 
@@ -98,10 +124,20 @@ impl<S: Real> Preintegration<S> {
                 return Err(TrajectoryError::NotADensity { density });
             }
         }
-        check_finite(&bias.gyro, 0)?;
-        check_finite(&bias.accel, 1)?;
+        check_finite(&bias.gyro(), 0)?;
+        check_finite(&bias.accel(), 1)?;
         let (covariance, d_bias) = (SMatrix::zeros(), SMatrix::zeros());
         Ok(Self { increment: SGal3::identity(), bias, noise, covariance, d_bias })
+    }
+
+    /// The sum of samples about `bias`.
+    ///
+    /// # Errors
+    /// Those of [`Preintegration::new`] and [`Preintegration::push`].
+    pub fn of(samples: &[Imu<S>], bias: ImuBias<S>, noise: ImuNoise<S>) -> Result<Self, TrajectoryError> {
+        let mut sum = Self::new(bias, noise)?;
+        samples.iter().try_for_each(|z| sum.push(&z.gyroscope, &z.accelerometer, z.duration))?;
+        Ok(sum)
     }
 
     /// Adds a sample: angular rate in rad/s and specific force in m/s², constant for the next `duration` seconds.
@@ -118,7 +154,7 @@ impl<S: Real> Preintegration<S> {
         check_finite(gyro, 0)?;
         check_finite(accel, 1)?;
         check_duration(duration)?;
-        let (turn, push) = ((gyro - self.bias.gyro) * duration, (accel - self.bias.accel) * duration);
+        let (turn, push) = ((gyro - self.bias.gyro()) * duration, (accel - self.bias.accel()) * duration);
         let o = S::zero();
         let tau = SVector::from([o, o, o, turn.x, turn.y, turn.z, push.x, push.y, push.z, duration]);
         let (step, jacobian) = SGal3::exp_jac(&tau);
@@ -163,6 +199,22 @@ impl<S: Real> Preintegration<S> {
         self.bias
     }
 
+    /// The densities of the samples' noise.
+    pub fn noise(&self) -> ImuNoise<S> {
+        self.noise
+    }
+
+    /// The sum with `f` applied to every number, e.g. to carry constants into dual numbers.
+    pub fn map<T: Real>(&self, f: impl Fn(S) -> T) -> Preintegration<T> {
+        Preintegration {
+            increment: self.increment.map(&f),
+            bias: self.bias.map(&f),
+            noise: ImuNoise { gyro: f(self.noise.gyro), accel: f(self.noise.accel) },
+            covariance: self.covariance.map(&f),
+            d_bias: self.d_bias.map(&f),
+        }
+    }
+
     /// Σ, 9×9, of the local tangent (ρ, φ, ν) of Δ: m², rad², m²/s².
     pub fn covariance(&self) -> SMatrix<S, 9, 9> {
         self.covariance
@@ -193,16 +245,16 @@ impl<S: Real> Preintegration<S> {
         self.falling(from, gravity).compose(&self.corrected(bias))
     }
 
-    /// [`Preintegration::predict`]: `(value, d_value_d_from, d_value_d_bias)`, 9×9 and 9×6.
+    /// [`Preintegration::predict`]: `(value, d_value_d_from, d_value_d_bias, d_value_d_gravity)`, 9×9, 9×6 and 9×3.
     pub fn predict_jac(
         &self,
         from: &SE23<S>,
         bias: &ImuBias<S>,
         gravity: &Vector3<S>,
-    ) -> (SE23<S>, SMatrix<S, 9, 9>, SMatrix<S, 9, 6>) {
+    ) -> (SE23<S>, SMatrix<S, 9, 9>, SMatrix<S, 9, 6>, SMatrix<S, 9, 3>) {
         let (increment, d_bias) = self.corrected_jac(bias);
         let (value, d_falling, _) = self.falling(from, gravity).compose_jac(&increment);
-        (value, d_falling * self.drift(), d_bias)
+        (value, d_falling * self.drift(), d_bias, d_falling * self.fall(from))
     }
 
     /// r = Log(Δ(b)⁻¹·F(X_i)⁻¹·Γ⁻¹·X_j), local tangent (ρ, φ, ν), to be weighed with Σ⁻¹: what the states say of Δ, less Δ.
@@ -216,18 +268,19 @@ impl<S: Real> Preintegration<S> {
         self.falling(from, gravity).between(to).rminus(&self.corrected(bias))
     }
 
-    /// [`Preintegration::residual`]: `(r, d_r_d_from, d_r_d_to, d_r_d_bias)`, 9×9, 9×9 and 9×6.
+    /// [`Preintegration::residual`]: `(r, d_r_d_from, d_r_d_to, d_r_d_bias, d_r_d_gravity)`, 9×9, 9×9, 9×6 and 9×3.
     pub fn residual_jac(
         &self,
         from: &SE23<S>,
         to: &SE23<S>,
         bias: &ImuBias<S>,
         gravity: &Vector3<S>,
-    ) -> (SVector<S, 9>, SMatrix<S, 9, 9>, SMatrix<S, 9, 9>, SMatrix<S, 9, 6>) {
+    ) -> (SVector<S, 9>, SMatrix<S, 9, 9>, SMatrix<S, 9, 9>, SMatrix<S, 9, 6>, SMatrix<S, 9, 3>) {
         let (increment, d_bias) = self.corrected_jac(bias);
         let (said, d_falling, _) = self.falling(from, gravity).between_jac(to);
         let (r, d_said, d_increment) = said.rminus_jac(&increment);
-        (r, d_said * d_falling * self.drift(), d_said, d_increment * d_bias)
+        let d_falling = d_said * d_falling;
+        (r, d_falling * self.drift(), d_said, d_increment * d_bias, d_falling * self.fall(from))
     }
 
     /// Γ·F(X): X after T in free fall.
@@ -235,6 +288,15 @@ impl<S: Real> Preintegration<S> {
         let (t, half) = (self.duration(), S::lit(0.5));
         let position = from.position() + from.velocity() * t + gravity * (half * t * t);
         SE23::new(from.rotation(), position, from.velocity() + gravity * t)
+    }
+
+    /// ∂(Γ·F(X))/∂g, 9×3, local: ½T²Rᵀ in ρ, T·Rᵀ in ν.
+    fn fall(&self, from: &SE23<S>) -> SMatrix<S, 9, 3> {
+        let (t, back) = (self.duration(), from.rotation().inverse().to_matrix());
+        let mut d_gravity = SMatrix::<S, 9, 3>::zeros();
+        d_gravity.fixed_view_mut::<3, 3>(0, 0).copy_from(&(back * (t * t * S::lit(0.5))));
+        d_gravity.fixed_view_mut::<3, 3>(6, 0).copy_from(&(back * t));
+        d_gravity
     }
 
     /// F, 9×9: the local error of Γ·F(X) by that of X, exact for errors of any size: T·I in (ρ, ν). Barrau & Bonnabel (2017).

@@ -12,7 +12,6 @@
 //!
 //! and, so that it is a sum of squares whatever Σ, the square of the last line's right factor, which is of sixth order.
 //!
-//!
 //! On SO(3) the mean is Barfoot (2024) (8.41) with one more term. It always shrinks: a rotated arrow whose direction is
 //! uncertain is shorter on average, and linearisation, which leaves its length alone, *over*estimates it.
 

@@ -45,16 +45,15 @@ impl ChiSquared {
     /// # Errors
     /// [`UncertaintyError::NotAProbability`].
     pub fn quantile(&self, probability: f64) -> Result<f64, UncertaintyError> {
-        if !(probability > 0.0 && probability < 1.0) {
-            return Err(UncertaintyError::NotAProbability { given: probability });
-        }
+        checked(probability)?;
         if self.degrees == 0 {
             return Ok(0.0);
         }
         Ok(self.inverted(Tail::Lower, probability))
     }
 
-    /// The two x that leave (1 − `probability`)/2 below and above: where an average of NEES or NIS should lie.
+    /// The two x that leave (1 − `probability`)/2 below and above, 0 < `probability` < 1: where an average of NEES or NIS should
+    /// lie.
     ///
     /// ```
     /// use boxplus::uncertainty::ChiSquared;
@@ -67,6 +66,7 @@ impl ChiSquared {
     /// # Errors
     /// [`UncertaintyError::NotAProbability`].
     pub fn interval(&self, probability: f64) -> Result<[f64; 2], UncertaintyError> {
+        checked(probability)?;
         let tail = 0.5 * (1.0 - probability);
         let low = self.quantile(tail)?;
         if self.degrees == 0 {
@@ -147,6 +147,15 @@ impl ChiSquared {
         let a = 0.5 * k;
         let log_gamma = stirling(a) + (a + 0.5) * a.simd_ln() - a + 0.5 * core::f64::consts::TAU.simd_ln();
         2.0 * ((probability.simd_ln() + log_gamma) / a).simd_exp()
+    }
+}
+
+/// Neither impossible nor certain.
+fn checked(probability: f64) -> Result<(), UncertaintyError> {
+    if probability > 0.0 && probability < 1.0 {
+        Ok(())
+    } else {
+        Err(UncertaintyError::NotAProbability { given: probability })
     }
 }
 

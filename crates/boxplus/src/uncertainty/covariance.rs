@@ -51,11 +51,17 @@ impl<const D: usize, S: Real> Covariance<D, S> {
     /// # Errors
     /// [`UncertaintyError::InvalidSigma`].
     pub fn from_sigmas(sigmas: &SVector<S, D>) -> Result<Self, UncertaintyError> {
-        let valid = |x: f64| x.is_finite() && x >= 0.0;
-        match sigmas.iter().map(|x| x.value()).enumerate().find(|(_, x)| !valid(*x)) {
-            Some((index, sigma)) => Err(UncertaintyError::InvalidSigma { index, sigma }),
-            None => Ok(Self { matrix: SMatrix::from_diagonal(&sigmas.map(|x| x * x)) }),
+        // A square may overflow where its root is finite.
+        let valid = |x: S| x.value() >= 0.0 && (x * x).value().is_finite();
+        match sigmas.iter().enumerate().find(|(_, x)| !valid(**x)) {
+            Some((index, sigma)) => Err(UncertaintyError::InvalidSigma { index, sigma: sigma.value() }),
+            None => Ok(Self::independent(sigmas)),
         }
+    }
+
+    /// The same of standard deviations that nobody gave but a model computed: NaN stays NaN, for a filter to refuse.
+    pub(crate) fn independent(sigmas: &SVector<S, D>) -> Self {
+        Self { matrix: SMatrix::from_diagonal(&sigmas.map(|x| x * x)) }
     }
 
     /// Ω⁻¹ of an information matrix Ω, D×D, in the inverse units of the tangent, squared.
@@ -116,11 +122,10 @@ impl<const D: usize, S: Real> Covariance<D, S> {
     }
 
     /// The factor of a regular Σ.
-    pub(super) fn regular_factor(&self) -> Result<SMatrix<S, D, D>, UncertaintyError> {
+    pub(crate) fn regular_factor(&self) -> Result<SMatrix<S, D, D>, UncertaintyError> {
         let l = self.factor();
         if linear::is_singular(&l) {
-            let (_, direction, _) = linear::weakest(&linear::scaled_eigen(&self.matrix.map(Real::value)));
-            return Err(UncertaintyError::Singular { direction });
+            return Err(UncertaintyError::Singular { direction: self.weakest_direction() });
         }
         Ok(l)
     }

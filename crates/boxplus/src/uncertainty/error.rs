@@ -96,8 +96,10 @@ pub enum UncertaintyError {
         /// The direction, without information.
         direction: Direction,
     },
-    /// A standard deviation that is negative, NaN or infinite.
-    #[error("a standard deviation must be finite and at least 0, but σ[{index}] = {sigma}")]
+    /// A standard deviation that is negative, NaN or infinite, or whose square is.
+    #[error(
+        "a standard deviation must be finite, as its square must, and at least 0, but σ[{index}] = {sigma}"
+    )]
     InvalidSigma {
         /// Its coordinate.
         index: usize,

@@ -105,7 +105,10 @@ where
     /// Where Σ₂ is singular a generalised inverse serves; an error of `second` in a direction that Y cannot take is
     /// ignored.
     pub fn given_second(&self, second: &B) -> Gaussian<A, M, E> {
-        conditioned(&self.first, &self.second, &self.cross, second)
+        let gain = self.second.covariance().generalised_solve(&self.cross.transpose()).transpose();
+        let rest = self.first.covariance().matrix() - gain * self.cross.transpose();
+        let theta = gain * self.second.error_of(second);
+        Gaussian::new(*self.first.mean(), Covariance::by_construction(rest)).reset(&theta)
     }
 
     /// Both after an independent measurement of Y that is uncertain itself: what it says of Y and, by the correlation, of X.
@@ -136,14 +139,17 @@ where
 
     /// Both after an independent, uncertain measurement of X; see [`Pair::observing_second`].
     pub fn observing_first(&self, measured: &Gaussian<A, M, E>) -> Self {
-        let turned = Pair { first: self.second, second: self.first, cross: self.cross.transpose() };
-        let Pair { first, second, cross } = turned.observing_second(measured);
-        Self { first: second, second: first, cross: cross.transpose() }
+        self.swapped().observing_second(measured).swapped()
     }
 
     /// Y once X is known to be `first`; see [`Pair::given_second`].
     pub fn given_first(&self, first: &A) -> Gaussian<B, N, E> {
-        conditioned(&self.second, &self.first, &self.cross.transpose(), first)
+        self.swapped().given_second(first)
+    }
+
+    /// (Y, X).
+    pub fn swapped(&self) -> Pair<B, N, A, M, E> {
+        Pair { first: self.second, second: self.first, cross: self.cross.transpose() }
     }
 }
 
@@ -156,29 +162,7 @@ fn seen_from<G: LieGroup<D>, E: Side, const D: usize>(
     (beta, *measured.covariance().transformed(&E::jacobian_inverse::<G, D>(&beta)).matrix())
 }
 
-/// The first element, once the second is known to be `value`.
-fn conditioned<A, const M: usize, B, const N: usize, S: Real, E: Side>(
-    kept: &Gaussian<A, M, E>,
-    known: &Gaussian<B, N, E>,
-    cross: &SMatrix<S, M, N>,
-    value: &B,
-) -> Gaussian<A, M, E>
-where
-    A: LieGroup<M, Scalar = S>,
-    B: LieGroup<N, Scalar = S>,
-{
-    let gain = known.covariance().generalised_solve(&cross.transpose()).transpose();
-    let rest = kept.covariance().matrix() - gain * cross.transpose();
-    let theta = gain * known.error_of(value);
-    Gaussian::new(*kept.mean(), Covariance::by_construction(rest)).reset(&theta)
-}
-
 impl<G: LieGroup<D>, const D: usize, E: Side> Pair<G, D, G, D, E> {
-    /// (Y, X).
-    pub fn swapped(&self) -> Self {
-        Self { first: self.second, second: self.first, cross: self.cross.transpose() }
-    }
-
     /// X·Y, correlation included.
     pub fn compose(&self, order: Order) -> Gaussian<G, D, E> {
         self.first.compose_correlated(&self.second, &self.cross, order)

@@ -98,10 +98,9 @@ impl<G: LieGroup<D>, const D: usize, E: Side> Split<G, D, E> {
         let weight = smallest(|weight| criterion.size(&at(weight)?.estimate))?;
         let total = converged(at(weight)?)?;
         let parts = [(self, weight), (other, 1.0 - weight)];
-        let [first, second] = known(weight)?.map(|known| known.information);
         let (mut shared, mut own) = (Covariance::zero(), Covariance::zero());
-        for ((x, weight), information) in parts.into_iter().zip([first, second]) {
-            let gain = gain(&total, &x.mean, &information);
+        for ((x, weight), known) in parts.into_iter().zip(known(weight)?) {
+            let gain = gain(&total, &known);
             shared = shared + (x.shared * G::Scalar::lit((1.0 / weight).simd_sqrt())).transformed(&gain);
             own = own + x.own.transformed(&gain);
         }
@@ -112,9 +111,8 @@ impl<G: LieGroup<D>, const D: usize, E: Side> Split<G, D, E> {
 /// ΣJᵀP⁻¹: from the error of an estimate about its mean to that of the result, J = J⁻¹(e).
 fn gain<G: LieGroup<D>, const D: usize, E: Side>(
     total: &Gaussian<G, D, E>,
-    mean: &G,
-    information: &SMatrix<G::Scalar, D, D>,
+    known: &Known<G, D>,
 ) -> SMatrix<G::Scalar, D, D> {
-    let e = E::error(total.mean(), mean);
-    total.covariance().matrix() * E::jacobian_inverse::<G, D>(&e).transpose() * information
+    let e = E::error(total.mean(), &known.mean);
+    total.covariance().matrix() * E::jacobian_inverse::<G, D>(&e).transpose() * known.information
 }

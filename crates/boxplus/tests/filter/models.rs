@@ -1,11 +1,12 @@
 //! Jacobians of the ready models against central differences, on both sides, where they are large.
 
+use boxplus::camera::Stereo;
 use boxplus::filter::{
-    Attitude, DeadReckoning, DifferentialDrive, Gyroscope, Imu, ImuNoise, Inertial, InertialState, Motion,
-    Odometry, Part, PositionFix, Range, RangeBearing, Sighting, VectorSighting, VelocityFix, WheelTravel,
-    check_measurement, check_motion,
+    Attitude, DeadReckoning, DifferentialDrive, Gyroscope, Imu, ImuNoise, Inertial, InertialState,
+    Measurement, Motion, Odometry, Part, PositionFix, Range, RangeBearing, Sighting, StereoSighting,
+    VectorSighting, VelocityFix, WheelTravel, check_measurement, check_motion,
 };
-use boxplus::lie::{LieGroup, Rn, SE2, SE3, SE23, SO3};
+use boxplus::lie::{Action, LieGroup, Rn, SE2, SE3, SE23, SO3};
 use boxplus::uncertainty::Covariance;
 use nalgebra::{SVector, Vector3, vector};
 
@@ -68,6 +69,13 @@ fn measurements_have_the_jacobians_they_state() {
         assert!(check_measurement(&range, &pose) < AGREES);
         let seen = RangeBearing { beacon: vector![3.0, -2.0], measured: vector![3.0, s.sin()], noise: cov() };
         assert!(check_measurement(&seen, &planar) < AGREES);
+        let camera_from_body = SE3::exp(&tangent(s + 2.0));
+        let camera = Stereo { focal: [2.0, 1.5], centre: [0.3, 0.4], baseline: 0.2 };
+        let ahead = vector![s.sin(), s.cos(), 4.0];
+        let landmark = pose.act(&camera_from_body.act_inverse(&ahead));
+        let stereo =
+            StereoSighting { camera, camera_from_body, landmark, measured: tangent(s), noise: cov() };
+        assert!(check_measurement(&stereo, &pose) < AGREES);
         let state = Attitude { rotation: SO3::exp(&tangent(s)), gyroscope_bias: Rn::new(tangent(s)) };
         let part =
             Part { measurement: north, of: |x: &Attitude| x.rotation, block: Attitude::BLOCKS.rotation };
@@ -96,6 +104,30 @@ fn a_checker_finds_a_wrong_sign() {
         }
     }
     assert!(check_motion(&Wrong(Odometry { noise: cov() }), &SE2::identity(), &vector![1.0, 0.0, 0.3]) > 0.1);
+}
+
+#[test]
+fn a_checker_finds_what_is_not_a_number() {
+    /// A compass that forgets a derivative, in the first or the last column.
+    struct Forgetful(usize);
+    impl Measurement<SE2, 3, 1> for Forgetful {
+        fn innovation(&self, x: &SE2) -> SVector<f64, 1> {
+            vector![-x.angle()]
+        }
+        fn noise(&self) -> Covariance<1> {
+            cov()
+        }
+        fn innovation_jac(&self, x: &SE2) -> (SVector<f64, 1>, nalgebra::RowVector3<f64>) {
+            let mut h = nalgebra::RowVector3::new(0.0, 0.0, 1.0);
+            h[self.0] = f64::NAN;
+            (self.innovation(x), h)
+        }
+    }
+    for column in 0..3 {
+        assert!(check_measurement(&Forgetful(column), &SE2::new(vector![1.0, 2.0], 0.3)).is_nan());
+    }
+    let lost = vector![f64::NAN, 0.0, 0.0];
+    assert!(check_motion(&Odometry { noise: cov() }, &SE2::identity(), &lost).is_nan());
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! Bad input leaves the belief as it was, to the last bit, and says why.
 
 use boxplus::filter::{
-    Ekf, Filter, FilterError, Gate, Odometry, Outcome, Range, RangeBearing, Sighting, Ukf,
+    Ekf, Filter, FilterError, Gate, InformationBelief, Odometry, Outcome, Range, RangeBearing, Sighting,
+    SquareRootBelief, Ukf,
 };
 use boxplus::lie::SE2;
 use boxplus::uncertainty::{Covariance, Gaussian};
@@ -137,5 +138,25 @@ fn spreads_out_of_reach_are_kept_in_reach() {
         let update = Ukf { alpha, ..Ukf::default() }.update(&belief(), &sighting(vector![0.1, 0.0], 0.1));
         assert!(update.is_accepted(), "{alpha}");
         assert!(Covariance::new(*update.belief.covariance().matrix()).is_ok());
+    }
+}
+
+#[test]
+fn noise_that_is_not_a_number_is_refused_and_not_taken_for_none() {
+    let refused = Err(FilterError::CovarianceNotFinite);
+    for bad in [f64::NAN, f64::INFINITY] {
+        let (odometry, step) = (Odometry { noise: Covariance::unit() * bad }, vector![1.0, 0.0, 0.1]);
+        assert_eq!(Ekf::default().predict(&belief(), &odometry, &step), refused);
+        assert_eq!(Ukf::default().predict(&belief(), &odometry, &step), refused);
+        let information = InformationBelief::from_gaussian(&belief()).unwrap();
+        assert_eq!(information.predict(&odometry, &step).unwrap_err(), FilterError::CovarianceNotFinite);
+        let root = SquareRootBelief::from_gaussian(&belief());
+        assert_eq!(root.predict(&odometry, &step).unwrap_err(), FilterError::CovarianceNotFinite);
+        let seen = Sighting { noise: Covariance::unit() * bad, ..sighting(vector![0.1, 0.2], 0.1) };
+        assert_eq!(information.update(&seen).unwrap_err(), FilterError::CovarianceNotFinite);
+        assert_eq!(root.update(&seen).unwrap_err(), FilterError::CovarianceNotFinite);
+        for update in [Ekf::default().update(&belief(), &seen), Ukf::default().update(&belief(), &seen)] {
+            assert_eq!(update.outcome, Outcome::Refused(FilterError::CovarianceNotFinite));
+        }
     }
 }

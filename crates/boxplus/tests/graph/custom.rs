@@ -5,6 +5,7 @@ use boxplus::lie::{Action, LieGroup, Manifold, Real, Rn, S2, SE2, SE3, SO3};
 use nalgebra::{SMatrix, SVector, Vector2, Vector3, vector};
 
 /// A pinhole camera of unknown focal length sees a known point: residual only, two variables of different kinds.
+#[derive(Clone)]
 struct Projection {
     point: SVector<f64, 3>,
     pixel: Vector2<f64>,
@@ -39,6 +40,7 @@ fn a_residual_alone_calibrates_a_camera() {
 }
 
 /// Differential drive: a displacement by wheel speeds, with the wheel radius as third variable, in closed form.
+#[derive(Clone)]
 struct Drive {
     turns: f64,
 }
@@ -87,6 +89,7 @@ fn a_closed_form_of_three_variables_agrees_with_dual_numbers_and_calibrates() {
 }
 
 /// The direction of gravity, seen from a body whose attitude is known: a variable that is a manifold but no group.
+#[derive(Clone)]
 struct Plumb {
     world_from_body: SO3,
     seen: S2,

@@ -9,6 +9,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 /// r = M₁·a + M₂·b + M₃·c + M₄·d + e.
+#[derive(Clone)]
 struct Linear {
     blocks: (SMatrix<f64, 3, 1>, SMatrix<f64, 3, 2>, SMatrix<f64, 3, 2>, SMatrix<f64, 3, 3>),
     offset: SVector<f64, 3>,

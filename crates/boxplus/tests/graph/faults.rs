@@ -70,6 +70,7 @@ fn a_key_of_other_values_is_refused() {
 }
 
 /// A residual that is defined on one side only: log x.
+#[derive(Clone)]
 struct Logarithm;
 impl Factor<1> for Logarithm {
     const NAME: &'static str = "logarithm";
@@ -91,6 +92,7 @@ fn a_step_into_undefined_ground_is_rejected_not_fatal() {
 }
 
 /// Finite everywhere it is evaluated, but with an infinite slope at zero: √x.
+#[derive(Clone)]
 struct Root;
 impl Factor<1> for Root {
     const NAME: &'static str = "root";
@@ -178,4 +180,27 @@ fn huge_and_tiny_units_do_not_change_the_answer() {
             report.cost
         );
     }
+}
+
+/// Of two numbers only the sum is known.
+#[derive(Clone)]
+struct Sum;
+impl Factor<1> for Sum {
+    const NAME: &'static str = "sum";
+    type Variables = (Rn<1>, Rn<1>);
+    fn residual<S: Real>(&self, (a, b): &(Rn<1, S>, Rn<1, S>)) -> SVector<S, 1> {
+        a.vector() + b.vector()
+    }
+}
+
+#[test]
+fn where_only_damping_makes_the_equations_solvable_the_search_still_ends() {
+    let (mut graph, mut values) = (Graph::new(), Values::new());
+    let point = |x| Rn::new(vector![x]);
+    let keys = (values.insert(point(-3.0)), values.insert(point(3.0)));
+    // An information of 1e-320 has three digits: JᵀJ is singular, and little damping is lost in rounding.
+    graph.add(keys, Sum, Noise::from_sigmas(&vector![1e160]).unwrap());
+    let options = SolveOptions { gradient: 0.0, step: 0.0, max_iterations: 20, ..SolveOptions::default() };
+    let solution = graph.optimize(&values, &options).unwrap();
+    assert!(solution.report.iterations.len() <= 20);
 }

@@ -307,6 +307,7 @@ fn dogleg_steps_stay_within_the_radius_until_the_model_earns_more() {
 }
 
 /// A wall in the cost: Gauss–Newton leaps over it into a valley that is higher.
+#[derive(Clone)]
 struct Wall;
 impl boxplus::graph::Factor<1> for Wall {
     const NAME: &'static str = "wall";
@@ -344,6 +345,7 @@ fn kernels_that_silence_everything_do_not_make_a_minimum() {
 
 #[test]
 fn a_pose_is_held_for_the_gauge_rather_than_a_parameter() {
+    #[derive(Clone)]
     struct Biased(SE2);
     impl boxplus::graph::Factor<3> for Biased {
         const NAME: &'static str = "biased odometry";

@@ -41,7 +41,7 @@ impl FactorBatch<3> for Displacements {
         values: &Values,
         range: Range<usize>,
         residuals: &mut [f64],
-        jacobians: &mut [Vec<f64>],
+        jacobians: &mut [&mut [f64]],
     ) {
         for (place, i) in range.enumerate() {
             let (factor, variables) = self.at(values, i);
@@ -116,7 +116,7 @@ fn directions_that_a_batch_leaves_free_are_named() {
                 *r = values.get(self.0[i]).unwrap().vector().norm() - 1.0;
             }
         }
-        fn residuals_jac(&self, values: &Values, range: Range<usize>, r: &mut [f64], j: &mut [Vec<f64>]) {
+        fn residuals_jac(&self, values: &Values, range: Range<usize>, r: &mut [f64], j: &mut [&mut [f64]]) {
             self.residuals(values, range.clone(), r);
             for (i, row) in range.zip(j[0].chunks_exact_mut(2)) {
                 row.copy_from_slice(values.get(self.0[i]).unwrap().vector().normalize().as_slice());

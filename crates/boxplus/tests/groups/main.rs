@@ -8,7 +8,7 @@ mod scales;
 mod subgroups;
 
 use boxplus::lie::{Action, LieError, LieGroup, Real, Rn, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
-use nalgebra::{Matrix2, Matrix3, Matrix4, SMatrix, SVector, Vector1, Vector3, Vector6};
+use nalgebra::{Matrix2, Matrix3, Matrix4, SMatrix, SVector, Vector1, Vector3, Vector4, Vector6};
 use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -224,8 +224,33 @@ fn homogeneous_points_move_as_their_points_and_directions_do() {
     assert!((x.act(&p.push(1.0)).xyz() - x.act(&p)).norm() < 8.0 * EPS);
     assert!((x.act(&p.push(0.0)).xyz() - Action::<6, 3>::act_direction(&x, &p)).norm() < 8.0 * EPS);
     assert_eq!(Action::<6, 4>::linear_part(&x), x.to_matrix());
+    let x = Sim3::exp(&SVector::from([1.0, 2.0, 3.0, 0.4, -0.5, 0.6, 0.7]));
+    assert!((x.act(&p.push(1.0)).xyz() - x.act(&p)).norm() < 8.0 * EPS * x.scale());
+    let x = Sim2::exp(&SVector::from([1.0, 2.0, 0.4, 0.7]));
+    assert!((x.act(&p.xy().push(0.0)).xy() - Action::<4, 2>::act_direction(&x, &p.xy())).norm() < 8.0 * EPS);
     boxplus::lie::laws::check_action::<SE3, 6, 4>().unwrap();
     boxplus::lie::laws::check_action::<SE2, 3, 3>().unwrap();
+    boxplus::lie::laws::check_action::<Sim3, 7, 4>().unwrap();
+    boxplus::lie::laws::check_action::<Sim2, 4, 3>().unwrap();
+}
+
+#[test]
+fn the_operators_of_homogeneous_points_move_the_tangent_to_the_right() {
+    let (p, flat) = (Vector4::new(0.3, -0.7, 1.9, 0.8), Vector3::new(0.3, -0.7, 0.8));
+    let tau = SVector::<f64, 7>::from([1.0, 2.0, 3.0, 0.4, -0.5, 0.6, 0.7]);
+    let (pose, similar) = (tau.fixed_rows::<6>(0).into_owned(), tau.fixed_rows::<4>(0).into_owned());
+    assert!((SE3::hat(&pose) * p - SE3::odot(&p) * pose).norm() < 4.0 * EPS);
+    assert!((p.transpose() * SE3::hat(&pose) - pose.transpose() * SE3::ocirc(&p)).norm() < 4.0 * EPS);
+    assert!((Sim3::hat(&tau) * p - Sim3::odot(&p) * tau).norm() < 4.0 * EPS);
+    assert!((p.transpose() * Sim3::hat(&tau) - tau.transpose() * Sim3::ocirc(&p)).norm() < 4.0 * EPS);
+    let plane = pose.fixed_rows::<3>(0).into_owned();
+    assert!((SE2::hat(&plane) * flat - SE2::odot(&flat) * plane).norm() < 4.0 * EPS);
+    assert!((flat.transpose() * SE2::hat(&plane) - plane.transpose() * SE2::ocirc(&flat)).norm() < 4.0 * EPS);
+    assert!((Sim2::hat(&similar) * flat - Sim2::odot(&flat) * similar).norm() < 4.0 * EPS);
+    assert!(
+        (flat.transpose() * Sim2::hat(&similar) - similar.transpose() * Sim2::ocirc(&flat)).norm()
+            < 4.0 * EPS
+    );
 }
 
 #[test]

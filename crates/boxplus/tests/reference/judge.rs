@@ -34,10 +34,13 @@ pub(crate) struct Row<'a> {
 }
 
 impl Row<'_> {
+    /// The place of the column `name`.
+    pub(crate) fn column(&self, name: &str) -> usize {
+        self.header.iter().position(|h| *h == name).unwrap()
+    }
     /// The place of the column `name0`.
     pub(crate) fn first(&self, name: &str) -> usize {
-        let first = format!("{name}0");
-        self.header.iter().position(|h| **h == first).unwrap()
+        self.column(&format!("{name}0"))
     }
     /// The numbers of the columns `name0`, `name1`, …
     pub(crate) fn get<const N: usize>(&self, name: &str) -> [f64; N] {

@@ -1,10 +1,11 @@
-//! Every operation against arbitrary-precision truth (`scripts/reference_tables.py`), in units of ε.
+//! Every operation against arbitrary-precision truth (`scripts/*_tables.py`), in units of ε.
 //!
 //! Errors are normwise, block by block, so that a large translation cannot hide a wrong rotation. The bounds asserted
 //! here are the ones stated in `docs/accuracy.md`; `BOXPLUS_BLESS=1 cargo test --test reference` writes that file.
 #![allow(missing_docs, clippy::unwrap_used, clippy::float_cmp)] // exact: is an input representable?
 
 mod bounds;
+mod elementary;
 mod judge;
 mod plane;
 mod second_order;
@@ -12,6 +13,7 @@ mod space;
 
 use bounds::{BOUNDS, Bound, NONE};
 use boxplus::lie::{Real, Stumpff};
+use elementary::elementary;
 use judge::{Errors, LAST, Table};
 use plane::{plane, similarity_of_the_plane};
 use second_order::second_order;
@@ -35,6 +37,7 @@ fn coefficients<S: Real>(table: &Table, errors: &mut Errors) {
 
 fn measure<S: Real>() -> Errors {
     let mut errors = Errors::default();
+    elementary::<S, S>(|x| x, &mut errors);
     coefficients::<S>(&Table::parse(include_str!("coefficients.csv"), 1), &mut errors);
     plane::<S>(&Table::parse(include_str!("se2.csv"), 13), &mut errors);
     space::<S>(&Table::parse(include_str!("se3.csv"), 23), &mut errors);
@@ -98,7 +101,7 @@ Largest error against arbitrary precision, in units of ε (2⁻²³ in `f32`, 2�
 of every switch, π ± 10⁻¹², generic directions and translations from 10⁻⁶ to 10⁶ m. Errors are normwise and block by block:
 the norm of the difference over the norm named in the second column, so that a large translation hides nothing. The
 bounds are asserted by `cargo test -p boxplus --test reference`, the same for both scalars; this file is written by
-`BOXPLUS_BLESS=1 cargo test -p boxplus --test reference`, the tables by `scripts/reference_tables.py`.
+`BOXPLUS_BLESS=1 cargo test -p boxplus --test reference`, the tables by `scripts/*_tables.py`.
 
 Beyond π, where no logarithm leads, errors are given in multiples of θ/(2π − θ): c₂ has a double zero at 2π, d, e and the
 inverse Jacobians have a pole, and there the rounding of θ² itself is amplified. e enters Q̃ only as e(φ·ρ)φ^².
@@ -108,6 +111,10 @@ blocks of every Jacobian (`tests/groups`). The same holds of SGal(3) but for its
 of row ρ. Sim(3) and Sim(2) are measured for |σ| ≤ 6, with σ and θ vanishing independently; their rotations are those of SO(3)
 and SO(2), and so are those of ℝ⁺×SO(3), ℝ⁺×SO(2) and S³. Other coordinates of rotations and S² state their bounds in
 their module docs, held by `tests/rotations`. Names of blocks are those of the module docs.
+
+The elementary functions are the library's own (`lie/elementary.rs`), the angle of a point the platform's: errors in units in the last
+place of the result, for |x| up to 65536 (sin, cos) and 708 (exp), next to where the reduced argument vanishes; the same of single
+numbers and of those inside a batch. A batch has the bits of single operations at every tangent of these tables (`tests/batch.rs`).
 
 DJ and DJ⁻¹ are the derivatives of J_l and J_l⁻¹ along a direction δ, block by block; those of J_r differ by signs only. They are
 sums, one term for each coordinate of δ, which may cancel: relative to the largest of them. So is the block ρφ of SGal(3), the sum

@@ -1,8 +1,8 @@
 use crate::support::*;
 use boxplus::lie::{LieGroup, Rn, SE2, SE3, SE23, SGal3, SO2, SO3, Sim3};
 use boxplus::trajectory::{
-    GaussianProcess, Motion, TrajectoryError, discretise, gp_covariance, gp_information, gp_interpolation,
-    gp_transition,
+    GaussianProcess, Motion, TrajectoryError, discretise, gp_bridge, gp_covariance, gp_information,
+    gp_interpolation, gp_transition,
 };
 use nalgebra::{Matrix1, Matrix3, SMatrix, SVector, Vector1, matrix};
 
@@ -60,6 +60,8 @@ fn the_query_is_the_conditional_mean_of_the_joint_gaussian() {
     let gain = cross * q_d.try_inverse().unwrap();
     close("Ψ", &psi, &gain, 1e-12);
     close("Λ", &lambda, &(gp_transition(t) - gain * gp_transition(d)), 1e-12);
+    let left = (q_t - gain * q_d * gain.transpose())[(0, 0)];
+    assert!((gp_bridge::<f64, 3>(d, t) / left - 1.0).abs() < 1e-10, "{left}");
 }
 
 #[test]
@@ -141,6 +143,15 @@ fn what_has_no_unique_way_or_time_is_refused() {
     assert_eq!(half_turn, Err(TrajectoryError::Ambiguous { segment: 0 }));
     let backwards = GaussianProcess::<_, 3, 2>::new(at(0.0), at(1.0), -1.0);
     assert_eq!(backwards, Err(TrajectoryError::NotADuration { duration: -1.0 }));
+    let lost = |x: Motion<SO3, 3>| Motion { acceleration: SVector::repeat(f64::NAN), ..x };
+    let spinning = |x: Motion<SO3, 3>| Motion { velocity: SVector::repeat(f64::INFINITY), ..x };
+    let refused = |from, to| GaussianProcess::<_, 3, 2>::new(from, to, 1.0).unwrap_err();
+    assert_eq!(refused(spinning(at(0.0)), at(1.0)), TrajectoryError::NotFinite { index: 0 });
+    assert_eq!(refused(at(0.0), spinning(at(1.0))), TrajectoryError::NotFinite { index: 1 });
+    // White noise on acceleration does not read accelerations; on jerk it does.
+    assert!(GaussianProcess::<_, 3, 2>::new(lost(at(0.0)), lost(at(1.0)), 1.0).is_ok());
+    let refused = GaussianProcess::<_, 3, 3>::new(at(0.0), lost(at(1.0)), 1.0);
+    assert_eq!(refused, Err(TrajectoryError::NotFinite { index: 1 }));
     let late = GaussianProcess::<_, 3, 2>::new(at(0.0), at(1.0), 1.0).unwrap().at(1.1);
     assert_eq!(late, Err(TrajectoryError::OutOfRange { time: 1.1, start: 0.0, end: 1.0 }));
 }

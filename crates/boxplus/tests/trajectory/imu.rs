@@ -19,7 +19,7 @@ fn sum(samples: &[Sample], dt: f64, bias: ImuBias, noise: ImuNoise) -> Preintegr
 }
 
 fn bias(seed: u64, gyro: f64, accel: f64) -> ImuBias {
-    ImuBias { gyro: draw::<3>(seed).normalize() * gyro, accel: draw::<3>(seed + 1).normalize() * accel }
+    ImuBias::new(draw::<3>(seed).normalize() * gyro, draw::<3>(seed + 1).normalize() * accel)
 }
 
 #[test]
@@ -96,7 +96,7 @@ fn forster(samples: &[Sample], dt: f64, bias: ImuBias, noise: ImuNoise) -> Forst
         covariance: SMatrix::zeros(),
     };
     for (gyro, accel) in samples {
-        let (w, a) = (gyro - bias.gyro, accel - bias.accel);
+        let (w, a) = (gyro - bias.gyro(), accel - bias.accel());
         let r = s.r.to_matrix();
         let turned = r * SO3::hat(&a);
         let back = SO3::exp(&(w * -dt)).to_matrix();
@@ -181,9 +181,9 @@ fn after_a_change_of_bias(scale: f64) -> [[f64; 3]; 3] {
         let theirs = forster(&samples, 0.01, ImuBias::zero(), QUIET);
         let their_truth = forster(&samples, 0.01, delta, QUIET);
         let additive = [
-            theirs.r.rplus(&(theirs.d_r * delta.gyro)).rminus(&their_truth.r),
-            theirs.v + theirs.d_v[0] * delta.gyro + theirs.d_v[1] * delta.accel - their_truth.v,
-            theirs.p + theirs.d_p[0] * delta.gyro + theirs.d_p[1] * delta.accel - their_truth.p,
+            theirs.r.rplus(&(theirs.d_r * delta.gyro())).rminus(&their_truth.r),
+            theirs.v + theirs.d_v[0] * delta.gyro() + theirs.d_v[1] * delta.accel() - their_truth.v,
+            theirs.p + theirs.d_p[0] * delta.gyro() + theirs.d_p[1] * delta.accel() - their_truth.p,
         ];
         let error = |x: &SE23| {
             let turn = x.rotation().rminus(&truth.rotation());
@@ -321,11 +321,11 @@ mod dual {
 
     fn dual_bias(b: &ImuBias) -> ImuBias<Dual<6>> {
         let v = unknown(&b.vector());
-        ImuBias { gyro: v.fixed_rows::<3>(0).into_owned(), accel: v.fixed_rows::<3>(3).into_owned() }
+        LieGroup::exp(&v)
     }
 
     fn fixed_bias<const N: usize>(b: &ImuBias) -> ImuBias<Dual<N>> {
-        ImuBias { gyro: constant(&b.gyro), accel: constant(&b.accel) }
+        LieGroup::exp(&constant(&b.vector()))
     }
 
     #[test]
@@ -343,9 +343,9 @@ mod dual {
         let pre = sum(&samples, 0.01, about, QUIET);
         let from = SE23::exp(&draw(1));
         let to = pre.predict(&from, &about, &GRAVITY).rplus(&(draw::<9>(2) * 0.3));
-        let (r, d_from, d_to, d_bias) = pre.residual_jac(&from, &to, &now, &GRAVITY);
+        let (r, d_from, d_to, d_bias, d_gravity) = pre.residual_jac(&from, &to, &now, &GRAVITY);
         assert_eq!(r, pre.residual(&from, &to, &now, &GRAVITY));
-        let (value, p_from, p_bias) = pre.predict_jac(&from, &now, &GRAVITY);
+        let (value, p_from, p_bias, p_gravity) = pre.predict_jac(&from, &now, &GRAVITY);
         same("value", &value, &pre.predict(&from, &now, &GRAVITY), 0.0);
 
         let nine = sum_dual::<9>(&samples, fixed_bias(&about));
@@ -366,5 +366,12 @@ mod dual {
         close("bias", &d_bias, &derivatives(&six.residual(&from, &to, &dual_bias(&now), &g)), BOUND);
         let predicted = six.predict(&from, &dual_bias(&now), &g);
         close("predicted, bias", &p_bias, &local::<SE23, 9, 6>(&predicted, &value), BOUND);
+
+        let (three, g) = (sum_dual::<3>(&samples, fixed_bias(&about)), unknown(&GRAVITY));
+        let (from, to, now) =
+            (from.map(|x| Dual::from_re(x.re)), to.map(|x| Dual::from_re(x.re)), fixed_bias(&now));
+        close("gravity", &d_gravity, &derivatives(&three.residual(&from, &to, &now, &g)), BOUND);
+        let predicted = three.predict(&from, &now, &g);
+        close("predicted, gravity", &p_gravity, &local::<SE23, 9, 3>(&predicted, &value), BOUND);
     }
 }

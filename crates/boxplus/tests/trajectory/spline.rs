@@ -188,7 +188,11 @@ fn half_a_turn_is_refused_and_a_little_less_is_not_on_every_group() {
         assert!(away(std::f64::consts::PI - 1e-6).is_ok());
         assert_eq!(away(std::f64::consts::PI), Err(TrajectoryError::Ambiguous { segment: 0 }));
         assert!(away(std::f64::consts::PI + 1e-6).is_ok(), "the other way is shorter");
-        assert_eq!(away(f64::NAN), Err(TrajectoryError::NotFinite { index: 0 }));
+        assert_eq!(away(f64::NAN), Err(TrajectoryError::NotFinite { index: 1 }));
+        let (good, bad) = (G::identity(), G::exp(&Tangent::repeat(f64::NAN)));
+        assert_eq!(Bezier::new([bad, good]), Err(TrajectoryError::NotFinite { index: 0 }));
+        assert_eq!(Bezier::new([good, good, bad]), Err(TrajectoryError::NotFinite { index: 2 }));
+        assert_eq!(Bezier::new([bad]), Err(TrajectoryError::NotFinite { index: 0 }));
     }
     check::<SO2, 1>(0);
     check::<SE2, 3>(2);

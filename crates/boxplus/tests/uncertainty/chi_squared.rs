@@ -40,6 +40,7 @@ fn the_edges_are_answered() {
     assert_eq!((ChiSquared::new(0).cdf(0.0), ChiSquared::new(0).quantile(0.5)), (1.0, Ok(0.0)));
     for given in [0.0, 1.0, -0.5, 1.5] {
         assert_eq!(chi.quantile(given), Err(UncertaintyError::NotAProbability { given }));
+        assert_eq!(chi.interval(given), Err(UncertaintyError::NotAProbability { given }));
     }
     assert!(matches!(chi.quantile(f64::NAN), Err(UncertaintyError::NotAProbability { .. })));
     for degrees in [1, 5, 50, 5000, 100_000] {

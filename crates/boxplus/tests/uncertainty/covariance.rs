@@ -30,6 +30,12 @@ fn faulty_matrices_are_refused_with_their_reason() {
         let refused = Covariance::from_sigmas(&vector![1.0, sigma]);
         assert!(matches!(refused, Err(UncertaintyError::InvalidSigma { index: 1, .. })));
     }
+    // Finite, but their squares are not.
+    assert_eq!(
+        Covariance::from_sigmas(&vector![1e200]),
+        Err(UncertaintyError::InvalidSigma { index: 0, sigma: 1e200 })
+    );
+    assert!(Covariance::from_sigmas(&vector![1.0_f32, 1e20]).is_err());
 }
 
 #[test]

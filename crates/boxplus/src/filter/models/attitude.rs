@@ -4,7 +4,7 @@ use crate::bundle;
 use crate::filter::Motion;
 use crate::lie::{Jacobian, LieGroup, Real, Rn, SO3};
 use crate::uncertainty::Covariance;
-use nalgebra::{SMatrix, SVector, Vector3, Vector6};
+use nalgebra::{SVector, Vector3, Vector6};
 
 bundle! {
     /// An attitude and the bias of the gyroscope that carries it, tangent (φ, b).
@@ -66,8 +66,7 @@ impl<S: Real> Motion<Attitude<S>, 6, 6> for Gyroscope<S> {
     fn noise(&self, (_, dt): &(Vector3<S>, S)) -> Covariance<6, S> {
         let root = dt.simd_sqrt();
         let sigmas = [self.noise / root, self.bias_walk * root];
-        let scale = SVector::from_fn(|i, _| sigmas[i / 3]);
-        Covariance::unit().transformed(&SMatrix::from_diagonal(&scale))
+        Covariance::independent(&SVector::from_fn(|i, _| sigmas[i / 3]))
     }
     fn step_jac(
         &self,

@@ -3,22 +3,12 @@
 use crate::bundle;
 use crate::filter::{Measurement, Motion};
 use crate::lie::{Jacobian, LieGroup, Real, Rn, SE23, SGal3, SO3};
+use crate::trajectory::Imu;
 use crate::uncertainty::Covariance;
 use nalgebra::{SMatrix, SVector, Vector3};
 
 /// Standard gravity, in m/s².
 pub const STANDARD_GRAVITY: f64 = 9.80665;
-
-/// What an inertial measurement unit shows during a step, held constant over it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Imu<S = f64> {
-    /// Angular rate, in rad/s of the body (not degrees).
-    pub gyroscope: Vector3<S>,
-    /// Specific force, in m/s² of the body: at rest, +g upwards (not multiples of g).
-    pub accelerometer: Vector3<S>,
-    /// Δ, in seconds.
-    pub duration: S,
-}
 
 /// Continuous-time densities of an inertial sensor, as data sheets and Allan plots give them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -31,6 +21,16 @@ pub struct ImuNoise<S = f64> {
     pub gyroscope_bias: S,
     /// Random walk of the accelerometer's bias, in m/s³/√Hz.
     pub accelerometer_bias: S,
+}
+
+impl<S: Real> ImuNoise<S> {
+    /// Of both readings, then of the changes of both biases, over a step of Δ: white noise is density/√Δ, a walk density·√Δ. NaN or
+    /// infinite where Δ is not positive: the filter refuses it.
+    fn sigmas(&self, duration: S) -> [S; 4] {
+        let root = duration.simd_sqrt();
+        let Self { gyroscope, accelerometer, gyroscope_bias, accelerometer_bias } = *self;
+        [gyroscope / root, accelerometer / root, gyroscope_bias * root, accelerometer_bias * root]
+    }
 }
 
 /// The extended pose X = (R, p, v) after Δ with constant readings, X⁺ = Γ·Φ_Δ(X)·Υ, and its Jacobians.
@@ -89,18 +89,6 @@ impl<S: Real> Increment<S> {
     }
 }
 
-/// White noise of a reading over a step: density²/Δ.
-fn white<S: Real, const W: usize>(densities: [S; W], duration: S) -> SVector<S, W> {
-    let rate = S::one() / duration;
-    SVector::from(densities.map(|density| density * density * rate))
-}
-
-/// Q of a step from its variances; negative ones cannot occur, NaN stays NaN and is refused by the filter.
-fn diagonal<S: Real, const W: usize>(variances: &SVector<S, W>) -> Covariance<W, S> {
-    let root = variances.map(nalgebra::SimdComplexField::simd_sqrt);
-    Covariance::unit().transformed(&SMatrix::from_diagonal(&root))
-}
-
 /// Inertial dead reckoning without biases: the state is SE₂(3), X = (R, p, v), tangent (ρ, φ, ν).
 ///
 /// w = (gyroscope, accelerometer), 6: readings are ω + w_g and Rᵀ(a − g) + w_a. With biases: [`Inertial`].
@@ -146,8 +134,8 @@ impl<S: Real> Motion<SE23<S>, 9, 6> for DeadReckoning<S> {
         Increment::new(&self.gravity, &omega, &force, imu.duration).applied(x)
     }
     fn noise(&self, imu: &Imu<S>) -> Covariance<6, S> {
-        let [g, a] = [self.noise.gyroscope, self.noise.accelerometer];
-        diagonal(&white([g, g, g, a, a, a], imu.duration))
+        let [gyroscope, accelerometer, ..] = self.noise.sigmas(imu.duration);
+        Covariance::independent(&SVector::from_fn(|i, _| [gyroscope, accelerometer][i / 3]))
     }
     fn step_jac(&self, x: &SE23<S>, imu: &Imu<S>) -> (SE23<S>, Jacobian<S, 9>, SMatrix<S, 9, 6>) {
         let step = self.increment(imu);
@@ -245,12 +233,8 @@ impl<S: Real> Motion<InertialState<S>, 15, 12> for Inertial<S> {
         Self::moved(x, &self.increment(x, imu, w), w)
     }
     fn noise(&self, imu: &Imu<S>) -> Covariance<12, S> {
-        let n = &self.noise;
-        let (g, a, dt) = (n.gyroscope, n.accelerometer, imu.duration);
-        let readings = white([g, g, g, a, a, a], dt);
-        let walk = |density: S| density * density * dt;
-        let walks = [walk(n.gyroscope_bias), walk(n.accelerometer_bias)];
-        diagonal(&SVector::from_fn(|i, _| if i < 6 { readings[i] } else { walks[(i - 6) / 3] }))
+        let sigmas = self.noise.sigmas(imu.duration);
+        Covariance::independent(&SVector::from_fn(|i, _| sigmas[i / 3]))
     }
     fn step_jac(
         &self,

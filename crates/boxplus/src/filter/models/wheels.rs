@@ -3,7 +3,7 @@
 use crate::filter::Motion;
 use crate::lie::{LieGroup, Real, SE2};
 use crate::uncertainty::Covariance;
-use nalgebra::{Matrix3, SMatrix, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 /// How far each wheel rolled during a step, in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,12 +58,11 @@ impl<S: Real> Motion<SE2<S>, 3, 3> for DifferentialDrive<S> {
     }
     fn noise(&self, travel: &WheelTravel<S>) -> Covariance<3, S> {
         let root = |way: S| way.simd_abs().simd_sqrt();
-        let sigmas = Vector3::new(
+        Covariance::independent(&Vector3::new(
             self.rolling * root(travel.left),
             self.rolling * root(travel.right),
             self.slip * root((travel.left + travel.right) * S::lit(0.5)),
-        );
-        Covariance::unit().transformed(&SMatrix::from_diagonal(&sigmas))
+        ))
     }
     fn step_jac(&self, x: &SE2<S>, travel: &WheelTravel<S>) -> (SE2<S>, Matrix3<S>, Matrix3<S>) {
         let kinematics = self.kinematics();

@@ -22,6 +22,11 @@ impl Bearing2 {
     pub fn new(measured: f64) -> Self {
         Self { measured: SO2::from_angle(measured) }
     }
+
+    /// The measured direction in the frame of the pose, of length one.
+    pub(crate) fn direction(&self) -> Vector2<f64> {
+        vector![self.measured.cos(), self.measured.sin()]
+    }
 }
 
 impl Factor<1> for Bearing2 {
@@ -69,6 +74,11 @@ impl Bearing3 {
         let first = measured.cross(&axis).normalize();
         let second = measured.cross(&first);
         Self { plane: Matrix2x3::from_rows(&[first.transpose(), second.transpose()]) }
+    }
+
+    /// The measured direction in the frame of the pose, of length one: b₁ × (z × b₁) = z.
+    pub(crate) fn direction(&self) -> Vector3<f64> {
+        self.plane.row(0).transpose().cross(&self.plane.row(1).transpose())
     }
 }
 

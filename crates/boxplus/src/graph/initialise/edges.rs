@@ -8,6 +8,7 @@ use crate::graph::{Between, Chart, Chordal, Difference, FactorId, G2o, GroupVari
 use crate::lie::{SE2, SE3, SO2, SO3};
 
 /// A measured displacement between two poses of one kind.
+#[derive(Clone, Copy)]
 pub(crate) struct Edge<P, const D: usize> {
     pub(crate) from: u32,
     pub(crate) to: u32,

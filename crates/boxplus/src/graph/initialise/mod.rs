@@ -6,22 +6,28 @@
 
 mod chordal;
 mod edges;
+mod grow;
+mod inertial;
+mod landmarks;
 mod spanning_tree;
 
 use core::fmt;
+use core::ops::ControlFlow;
 
-use nalgebra::SVector;
-
-use super::set::{AnySet, FactorSet};
+use super::set::AnySet;
 use super::values::State;
-use super::{Factor, Graph, GraphError, Key, Sighting2, Sighting3, Values, Variable, Variables, gauge};
-use crate::lie::{Action, Rn, SE2, SE3};
+use super::{FactorId, Graph, GraphError, Key, Values, gauge};
+use crate::lie::{Rn, SE2, SE3};
 use edges::{Edge, Pose};
+pub use grow::Growth;
+pub use inertial::inertial_start;
+use landmarks::Observer;
 
 /// How the first estimate is made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Initial {
-    /// Whichever of the others has the lowest cost.
+    /// Whichever of the others has the lowest cost; a map is grown only where it has landmarks, and where no other start costs as
+    /// little as noise alone would leave.
     #[default]
     Auto,
     /// The values as they are.
@@ -33,6 +39,9 @@ pub enum Initial {
     /// Martinec & Pajdla (2007); Carlone, Tron, Daniilidis & Dellaert (2015). Rotations are weighed by SE-Sync's isotropic κ, positions by the full
     /// information of the translation.
     Chordal,
+    /// The map as it grew, piece by piece, each optimised with the landmarks seen so far before the next is joined on: for loops that
+    /// close through landmarks, of which relative poses know nothing.
+    Grown,
 }
 
 impl Initial {
@@ -43,6 +52,7 @@ impl Initial {
             Self::AsGiven => "as_given",
             Self::SpanningTree => "spanning_tree",
             Self::Chordal => "chordal",
+            Self::Grown => "grown",
         }
     }
 }
@@ -54,6 +64,7 @@ impl fmt::Display for Initial {
             Self::AsGiven => "as given",
             Self::SpanningTree => "spanning tree",
             Self::Chordal => "chordal",
+            Self::Grown => "grown",
         })
     }
 }
@@ -85,7 +96,24 @@ impl Graph {
     /// [`GraphError::ResidualNotFinite`] for a measurement that is not finite; [`GraphError::IllConditioned`] and
     /// [`GraphError::OutOfMemory`] from the chordal relaxation. The automatic choice passes over candidates that fail.
     pub fn initialise(&self, values: &Values, initial: Initial) -> Result<Initialisation, GraphError> {
+        self.initialise_observed(values, initial, &mut |_| ControlFlow::Continue(()))
+    }
+
+    /// As [`Self::initialise`]; `observer` sees a growing map ([`Initial::Grown`]), and may stop it: then the rest of the poses are
+    /// chained to what has grown.
+    ///
+    /// # Errors
+    /// As [`Self::initialise`].
+    pub fn initialise_observed(
+        &self,
+        values: &Values,
+        initial: Initial,
+        observer: &mut dyn FnMut(Growth) -> ControlFlow<()>,
+    ) -> Result<Initialisation, GraphError> {
         let candidates: &[Initial] = match initial {
+            Initial::Auto if grow::has_landmarks(self) => {
+                &[Initial::AsGiven, Initial::SpanningTree, Initial::Chordal, Initial::Grown]
+            }
             Initial::Auto => &[Initial::AsGiven, Initial::SpanningTree, Initial::Chordal],
             _ => &[initial],
         };
@@ -99,7 +127,11 @@ impl Graph {
         let mut best: Option<(Initial, Values, f64)> = None;
         let (mut costs, mut failed, mut tree) = (vec![], None, None);
         for &candidate in candidates {
-            match self.candidate(values, candidate, &mut tree) {
+            let lowest = best.as_ref().map_or(f64::INFINITY, |&(_, _, cost)| cost);
+            if candidate == Initial::Grown && initial == Initial::Auto && lowest <= self.expected_cost() {
+                continue; // nothing is left to be gained that is worth the time
+            }
+            match self.candidate(values, candidate, &mut tree, observer) {
                 Ok((start, cost)) => {
                     costs.push((candidate, cost));
                     if best.as_ref().is_none_or(|(_, _, lowest)| cost < *lowest || !lowest.is_finite()) {
@@ -116,16 +148,27 @@ impl Graph {
         }
     }
 
+    /// The cost that noise as stated leaves at the truth, on average: ½ for each residual.
+    fn expected_cost(&self) -> f64 {
+        0.5 * self.sets.iter().map(|set| set.len() * set.residual_dim()).sum::<usize>() as f64
+    }
+
     /// One first estimate and its cost.
     fn candidate(
         &self,
         values: &Values,
         initial: Initial,
         tree: &mut Option<Tree>,
+        observer: &mut dyn FnMut(Growth) -> ControlFlow<()>,
     ) -> Result<(Values, f64), GraphError> {
         let start = match initial {
             Initial::SpanningTree => self.tree(values, tree)?.values.clone(),
             Initial::Chordal => self.chordal(self.tree(values, tree)?)?,
+            Initial::Grown => {
+                let mut start = values.clone();
+                self.place_at_priors(&mut start);
+                grow::grow(self, &start, observer)?
+            }
             Initial::Auto | Initial::AsGiven => values.clone(),
         };
         let cost = self.cost(&start)?;
@@ -139,10 +182,7 @@ impl Graph {
         }
         let mut rooted = values.clone();
         let gauge = gauge::fix(&self.sets, &mut rooted);
-        let not_finite = |factor| match self.name(factor, values) {
-            Some(factor) => GraphError::ResidualNotFinite { factor },
-            None => unreachable!("the factor is of this graph"),
-        };
+        let not_finite = |factor| self.not_finite(factor, values);
         let (edges2, edges3) = (SE2::edges(&self.sets), SE3::edges(&self.sets));
         let known2 = spanning_tree::walk(&self.sets, &edges2, &mut rooted).map_err(not_finite)?;
         let known3 = spanning_tree::walk(&self.sets, &edges3, &mut rooted).map_err(not_finite)?;
@@ -159,19 +199,24 @@ impl Graph {
         Ok(values)
     }
 
-    /// Places each free landmark where its first sighting says, and points without a value where their prior says.
-    fn place_landmarks(&self, values: &mut Values) {
+    /// Places points without a value where their prior says.
+    fn place_at_priors(&self, values: &mut Values) {
         place_at_priors::<2>(&self.sets, values);
         place_at_priors::<3>(&self.sets, values);
-        for set in &self.sets {
-            if let Some(set) = set.as_any().downcast_ref::<FactorSet<Sighting2, 2>>() {
-                place(values, set, |x: &SE2, sighting| x.act(&sighting.measured));
-            }
-            if let Some(set) = set.as_any().downcast_ref::<FactorSet<Sighting3, 3>>() {
-                place(values, set, |x: &SE3, sighting| {
-                    x.act(&sighting.pose_from_sensor.act(&sighting.measured))
-                });
-            }
+    }
+
+    /// Places each free landmark where what was seen of it says, and points without a value where their prior says.
+    fn place_landmarks(&self, values: &mut Values) {
+        self.place_at_priors(values);
+        place::<SE2, 2, 3>(&self.sets, values);
+        place::<SE3, 3, 6>(&self.sets, values);
+    }
+
+    /// The error that a measurement is not finite.
+    fn not_finite(&self, factor: FactorId, values: &Values) -> GraphError {
+        match self.name(factor, values) {
+            Some(factor) => GraphError::ResidualNotFinite { factor },
+            None => unreachable!("the factor is of this graph"),
         }
     }
 }
@@ -195,18 +240,13 @@ fn place_at_priors<const N: usize>(sets: &[Box<dyn AnySet>], values: &mut Values
     }
 }
 
-/// Sets the point of each first sighting.
-fn place<P: Variable, F: Factor<N, Variables = (P, Rn<N>)>, const N: usize>(
-    values: &mut Values,
-    set: &FactorSet<F, N>,
-    seen: impl Fn(&P, &F) -> SVector<f64, N>,
-) {
-    let mut placed = vec![false; values.len::<Rn<N>>()];
-    for (slots, sighting) in set.slots.iter().zip(&set.factors) {
-        let (pose, point) = <(P, Rn<N>)>::keys(slots);
-        let first = !core::mem::replace(&mut placed[slots[1] as usize], true);
-        if let (Some(x), true) = (values.get(pose).copied(), first && !values.is_held(point)) {
-            let _ = values.set(point, Rn::new(seen(&x, sighting))); // the slot exists
+/// Sets the free points that poses see.
+fn place<P: Observer<N, D>, const N: usize, const D: usize>(sets: &[Box<dyn AnySet>], values: &mut Values) {
+    for seen in P::sights(sets).chunk_by(|a, b| a.point == b.point) {
+        let point = Key::<Rn<N>>::new(seen[0].point);
+        let found = landmarks::locate::<P, N, D>(seen, values, |_| true);
+        if let (Some(found), false) = (found, values.is_held(point)) {
+            let _ = values.set(point, Rn::new(found.place)); // the slot exists
         }
     }
 }

@@ -56,6 +56,9 @@ pub struct SolveOptions {
     pub initial_damping: f64,
     /// The first trust radius of dogleg, in standard deviations: ‖√D·δ‖ ≤ radius.
     pub initial_radius: f64,
+    /// Whether to look for directions that nothing constrains, where the last factorisation hints at any: some factorisations
+    /// more. For graphs of which it is known that they leave directions open.
+    pub diagnose: bool,
     /// Threads that linearise; 0 means one per core. No bit of the result depends on it.
     pub threads: usize,
 }
@@ -70,6 +73,7 @@ impl Default for SolveOptions {
             step: 1e-9,
             initial_damping: 1e-6,
             initial_radius: 1e4,
+            diagnose: true,
             threads: 0,
         }
     }
@@ -125,7 +129,7 @@ pub(super) fn optimize(
         report,
     };
     search.report.termination = search.run(options, observer)?;
-    let unconstrained = search.unconstrained()?;
+    let unconstrained = if options.diagnose { search.unconstrained()? } else { None };
     let mut solution = search.finish(unconstrained);
     gauge.iter().for_each(|&id| solution.values.set_held(id, false));
     Ok(solution)

@@ -41,6 +41,8 @@ pub(crate) struct Region {
     diagonal: Vec<f64>,
     /// λ of the matrix last factorised, NaN before the first.
     factored: f64,
+    /// With less damping than this the equations of this linearisation could not be solved.
+    least: f64,
     /// For dogleg: the Gauss–Newton step and the Cauchy step of this linearisation.
     steps: Option<(Vec<f64>, Vec<f64>)>,
 }
@@ -87,7 +89,7 @@ impl Region {
             Algorithm::GaussNewton => Trust::Full { climbs: 0 },
             Algorithm::Dogleg => Trust::Radius(options.initial_radius.max(SMALLEST_RADIUS)),
         };
-        Self { trust, diagonal: vec![0.0; size], factored: f64::NAN, steps: None }
+        Self { trust, diagonal: vec![0.0; size], factored: f64::NAN, least: 0.0, steps: None }
     }
 
     /// Takes note of new normal equations.
@@ -96,6 +98,7 @@ impl Region {
         // What no residual depends on has no unit of its own; its gradient is zero whatever stands here.
         self.diagonal.iter_mut().zip(entries).for_each(|(d, h)| *d = if h > 0.0 { h } else { 1.0 });
         self.steps = None;
+        self.least = 0.0;
     }
 
     /// max |gᵢ|/√Dᵢ, infinite where a derivative is not finite: a minimum there is no minimum.
@@ -116,7 +119,7 @@ impl Region {
     /// Whether the last step was held back by the region rather than by the model.
     pub(crate) fn binds(&self) -> bool {
         match self.trust {
-            Trust::Damping { lambda, .. } => lambda > FREE_DAMPING,
+            Trust::Damping { lambda, .. } => lambda > FREE_DAMPING.max(self.least),
             Trust::Full { .. } => false,
             Trust::Radius(radius) => {
                 self.steps.as_ref().is_some_and(|(newton, _)| length(newton, &self.diagonal) > radius)
@@ -127,7 +130,7 @@ impl Region {
     /// Lets the next step be longer.
     pub(crate) fn loosen(&mut self) {
         match &mut self.trust {
-            Trust::Damping { lambda, .. } => *lambda *= 0.1,
+            Trust::Damping { lambda, .. } => *lambda = (0.1 * *lambda).max(self.least),
             Trust::Full { .. } => {}
             Trust::Radius(radius) => *radius *= 10.0,
         }
@@ -180,7 +183,8 @@ impl Region {
             if self.exhausted() {
                 return None;
             }
-            self.trust = Trust::Damping { lambda: (10.0 * lambda).max(SMALLEST_DAMPING), nu: 2.0 };
+            self.least = (10.0 * lambda).max(SMALLEST_DAMPING);
+            self.trust = Trust::Damping { lambda: self.least, nu: 2.0 };
         }
     }
 

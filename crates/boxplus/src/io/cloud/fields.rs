@@ -97,27 +97,27 @@ impl<'a> Binary<'a> {
 
 /// A line of text, field by field.
 #[derive(Clone)]
-pub(super) struct Line<'a> {
+pub(in crate::io) struct Line<'a> {
     file: File<'a>,
     start: usize,
     end: usize,
     at: usize,
     /// From 1.
     number: u32,
-    /// Whether no field was taken yet.
-    is_first: bool,
+    /// Fields taken.
+    pub(in crate::io) fields: u32,
     token: (usize, usize),
 }
 
 /// The lines of a text from a place on, blank ones and comments too.
-pub(super) struct Lines<'a> {
+pub(in crate::io) struct Lines<'a> {
     file: File<'a>,
-    pub(super) at: usize,
+    pub(in crate::io) at: usize,
     number: u32,
 }
 
 impl<'a> Lines<'a> {
-    pub(super) fn new(file: File<'a>) -> Self {
+    pub(in crate::io) fn new(file: File<'a>) -> Self {
         let bom = if file.bytes.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
         Self { file, at: bom, number: 0 }
     }
@@ -133,21 +133,21 @@ impl<'a> Iterator for Lines<'a> {
         self.at = (end + 1).min(self.file.bytes.len());
         self.number = self.number.saturating_add(1);
         let token = (start, start);
-        Some(Line { file: self.file, start, end, at: start, number: self.number, is_first: true, token })
+        Some(Line { file: self.file, start, end, at: start, number: self.number, fields: 0, token })
     }
 }
 
 impl<'a> Line<'a> {
     /// The next field. Blanks, or a comma or semicolon, are between fields; there is an empty one before the first comma of a line
     /// and between two, none after the last.
-    pub(super) fn field(&mut self) -> Option<&'a [u8]> {
+    pub(in crate::io) fn field(&mut self) -> Option<&'a [u8]> {
         let is_mark = |b: &u8| matches!(b, b',' | b';');
         let bytes = &self.file.bytes[..self.end];
         let visible = |from: usize| {
             bytes[from..].iter().position(|b| !b.is_ascii_whitespace()).map_or(self.end, |n| from + n)
         };
         let mut start = visible(self.at);
-        if !self.is_first && bytes.get(start).is_some_and(is_mark) {
+        if self.fields > 0 && bytes.get(start).is_some_and(is_mark) {
             start = visible(start + 1);
         }
         if start == self.end {
@@ -155,38 +155,49 @@ impl<'a> Line<'a> {
         }
         let ends = |b: &u8| b.is_ascii_whitespace() || is_mark(b);
         let end = bytes[start..].iter().position(ends).map_or(self.end, |n| start + n);
-        (self.at, self.token, self.is_first) = (end, (start, end), false);
+        (self.at, self.token) = (end, (start, end));
+        self.fields += 1;
         Some(&bytes[start..end])
     }
 
+    /// Whether the line has no further field.
+    pub(in crate::io) fn is_done(&self) -> bool {
+        self.clone().field().is_none()
+    }
+
+    /// Which line of the file it is, from 1.
+    pub(in crate::io) fn number(&self) -> u32 {
+        self.number
+    }
+
     /// The next field as a word; what is no text is shown as such.
-    pub(super) fn word(&mut self) -> Option<&'a str> {
+    pub(in crate::io) fn word(&mut self) -> Option<&'a str> {
         self.field().map(|field| core::str::from_utf8(field).unwrap_or("\u{fffd}"))
     }
 
     /// The next field as a number, NaN and infinity included.
-    pub(super) fn float(&mut self, expected: &'static str) -> Result<f64, IoError> {
+    pub(in crate::io) fn float(&mut self, expected: &'static str) -> Result<f64, IoError> {
         let Some(field) = self.field() else { return Err(self.missing(expected)) };
         let number = core::str::from_utf8(field).ok().and_then(|text| text.parse().ok());
         number.ok_or_else(|| self.fail(IoErrorKind::NotANumber { found: self.found() }, expected))
     }
 
     /// The next field as a whole number.
-    pub(super) fn whole(&mut self, expected: &'static str) -> Result<usize, IoError> {
+    pub(in crate::io) fn whole(&mut self, expected: &'static str) -> Result<usize, IoError> {
         let Some(field) = self.field() else { return Err(self.missing(expected)) };
         let number = core::str::from_utf8(field).ok().and_then(|text| text.parse().ok());
         number.ok_or_else(|| self.fail(IoErrorKind::NotANumber { found: self.found() }, expected))
     }
 
     /// An error behind the last field.
-    pub(super) fn missing(&mut self, expected: &'static str) -> IoError {
+    pub(in crate::io) fn missing(&mut self, expected: &'static str) -> IoError {
         let visible = self.file.bytes[self.start..self.end].trim_ascii_end().len();
         self.token = (self.start + visible, self.start + visible);
         self.fail(IoErrorKind::MissingField, expected)
     }
 
     /// An error at the last field.
-    pub(super) fn fail(&self, kind: IoErrorKind, expected: &'static str) -> IoError {
+    pub(in crate::io) fn fail(&self, kind: IoErrorKind, expected: &'static str) -> IoError {
         let (start, end) = self.token;
         let place = Place {
             line: self.number,
@@ -200,7 +211,7 @@ impl<'a> Line<'a> {
     }
 
     /// At most 40 characters of the last field, for a message.
-    pub(super) fn found(&self) -> Box<str> {
+    pub(in crate::io) fn found(&self) -> Box<str> {
         let bytes = &self.file.bytes[self.token.0..self.token.1];
         let shown: String =
             String::from_utf8_lossy(&bytes[..bytes.len().min(160)]).chars().take(40).collect();
@@ -208,7 +219,7 @@ impl<'a> Line<'a> {
     }
 
     /// The first byte that no text holds, as an error.
-    pub(super) fn check_text(&self) -> Result<(), IoError> {
+    pub(in crate::io) fn check_text(&self) -> Result<(), IoError> {
         let bytes = &self.file.bytes[self.start..self.end];
         let binary = |b: &u8| *b < b' ' && !b.is_ascii_whitespace();
         match bytes.iter().position(binary) {
@@ -221,7 +232,7 @@ impl<'a> Line<'a> {
     }
 
     /// Whether there is nothing to read.
-    pub(super) fn is_comment_or_blank(&self) -> bool {
+    pub(in crate::io) fn is_comment_or_blank(&self) -> bool {
         let text = self.file.bytes[self.start..self.end].trim_ascii();
         text.is_empty() || text.starts_with(b"#") || text.starts_with(b"//")
     }

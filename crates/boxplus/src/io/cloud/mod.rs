@@ -33,6 +33,7 @@ use super::decompress;
 use super::error::{IoError, IoErrorKind};
 use core::{fmt, str::FromStr};
 use fields::{Binary, Number};
+pub(super) use fields::{Line, Lines};
 use nalgebra::Vector3;
 
 /// A file format of point clouds.
@@ -141,14 +142,14 @@ pub fn write_ply(points: &[Vector3<f64>]) -> Result<Vec<u8>, IoError> {
 
 /// The bytes of a file, after decompression.
 #[derive(Clone, Copy)]
-struct File<'a> {
-    name: &'a str,
-    bytes: &'a [u8],
+pub(super) struct File<'a> {
+    pub(super) name: &'a str,
+    pub(super) bytes: &'a [u8],
 }
 
 impl File<'_> {
     /// An error about the file as a whole.
-    fn fail(self, kind: IoErrorKind) -> IoError {
+    pub(super) fn fail(self, kind: IoErrorKind) -> IoError {
         IoError { name: self.name.into(), place: None, kind }
     }
 }

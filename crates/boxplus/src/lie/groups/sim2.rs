@@ -39,7 +39,7 @@ pub struct Sim2<S = f64>(pub(in crate::lie) [S; 5]);
 
 impl<S: Real> Sim2<S> {
     /// The similarity p ↦ e^`log_scale`·`rotation`·p + `translation`.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn new(rotation: SO2<S>, translation: Vector2<S>, log_scale: S) -> Self {
         let [[x, y], [cos, sin]] = [translation.into(), rotation.0];
         Self([x, y, cos, sin, log_scale])
@@ -54,7 +54,7 @@ impl<S: Real> Sim2<S> {
     }
 
     /// The motion `pose` at scale 1.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn from_pose(pose: &SE2<S>) -> Self {
         Self::new(pose.rotation(), pose.translation(), S::zero())
     }
@@ -76,32 +76,32 @@ impl<S: Real> Sim2<S> {
     }
 
     /// R.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn rotation(&self) -> SO2<S> {
         SO2([self.0[2], self.0[3]])
     }
 
     /// t, in metres of the parent frame.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn translation(&self) -> Vector2<S> {
         Vector2::new(self.0[0], self.0[1])
     }
 
     /// s = e^σ > 0: lengths in the parent frame over lengths in the local one.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn scale(&self) -> S {
         self.log_scale().exp()
     }
 
     /// σ = ln s.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn log_scale(&self) -> S {
         self.0[4]
     }
 
     /// The homogeneous 3×3 matrix \[sR t; 0 1\].
     pub fn to_matrix(&self) -> Matrix3<S> {
-        let mut m = self.linear_part().to_homogeneous();
+        let mut m = Action::<4, 2>::linear_part(self).to_homogeneous();
         m.fixed_view_mut::<2, 1>(0, 2).copy_from(&self.translation());
         m
     }
@@ -112,14 +112,14 @@ impl<S: Real> Sim2<S> {
     }
 
     /// ρ as a complex number, and z = σ + iθ.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn split(tau: &Vector4<S>) -> [Vector2<S>; 2] {
         [tau.xy(), Vector2::new(tau.w, tau.z)]
     }
 }
 
 /// \[a, −ib, −b; 0, c, 0; 0, 0, c\], a and b complex: the form of Ad, ad, and every Jacobian.
-#[inline]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn block<S: Real>(a: &Vector2<S>, b: &Vector2<S>, c: S) -> Matrix4<S> {
     let o = S::zero();
     Matrix4::new(a.x, -a.y, b.y, -b.x, a.y, a.x, -b.x, -b.y, o, o, c, o, o, o, o, c)
@@ -130,55 +130,55 @@ impl<S: Real> LieGroup<4> for Sim2<S> {
     type Over<T: Real> = Sim2<T>;
     type Algebra = Matrix3<S>;
 
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn identity() -> Self {
         Self::new(SO2::identity(), Vector2::zeros(), S::zero())
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn compose(&self, rhs: &Self) -> Self {
         let rotation = self.rotation().compose(&rhs.rotation());
         Self::new(rotation, self.act(&rhs.translation()), self.log_scale() + rhs.log_scale())
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn inverse(&self) -> Self {
         let (rotation, log_scale) = (self.rotation().inverse(), -self.log_scale());
         Self::new(rotation, -rotation.act(&self.translation()) * log_scale.exp(), log_scale)
     }
     /// Subtracts the translations first: the error is relative to their difference, however far from the origin.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn between(&self, other: &Self) -> Self {
         let inverse = self.rotation().inverse();
         let step = inverse.act(&(other.translation() - self.translation())) * (-self.log_scale()).exp();
         Self::new(inverse.compose(&other.rotation()), step, other.log_scale() - self.log_scale())
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn exp(tau: &Vector4<S>) -> Self {
         let [rho, z] = Self::split(tau);
         Self::new(SO2::from_angle(z.y), times(&phi(&z).0, &rho), z.x)
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn log(&self) -> Vector4<S> {
         let z = Vector2::new(self.log_scale(), self.rotation().angle());
         let rho = over(&self.translation(), &phi(&z).0);
         Vector4::new(rho.x, rho.y, z.y, z.x)
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn adjoint(&self) -> Matrix4<S> {
         let growth = Vector2::new(self.rotation().cos(), self.rotation().sin()) * self.scale();
         block(&growth, &self.translation(), S::one())
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn small_adjoint(tau: &Vector4<S>) -> Matrix4<S> {
         let [rho, z] = Self::split(tau);
         block(&z, &rho, S::zero())
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn right_jacobian(tau: &Vector4<S>) -> Matrix4<S> {
         let [rho, z] = Self::split(&-tau);
         let (first, second) = phi(&z);
         block(&first, &times(&second, &rho), S::one())
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn right_jacobian_inverse(tau: &Vector4<S>) -> Matrix4<S> {
         let [rho, z] = Self::split(&-tau);
         let (first, second) = phi(&z);
@@ -192,27 +192,28 @@ impl<S: Real> LieGroup<4> for Sim2<S> {
     fn vee(algebra: &Matrix3<S>) -> Vector4<S> {
         Vector4::new(algebra.m13, algebra.m23, algebra.m21, algebra.m11)
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn map<T: Real>(&self, f: impl Fn(S) -> T) -> Sim2<T> {
-        Sim2::new(self.rotation().map(&f), self.translation().map(&f), f(self.log_scale()))
+        let [x, y, cos, sin, sigma] = self.0;
+        Sim2([f(x), f(y), f(cos), f(sin), f(sigma)])
     }
 }
 
 impl<S: Real> Action<4, 2> for Sim2<S> {
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn act(&self, p: &Vector2<S>) -> Vector2<S> {
         self.rotation().act(p) * self.scale() + self.translation()
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn linear_part(&self) -> Matrix2<S> {
         self.rotation().to_matrix() * self.scale()
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn generators_at(p: &Vector2<S>) -> SMatrix<S, 2, 4> {
         let (i, o) = (S::one(), S::zero());
         SMatrix::<S, 2, 4>::new(i, o, -p.y, p.x, o, i, p.x, p.y)
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn act_direction(&self, d: &Vector2<S>) -> Vector2<S> {
         self.rotation().act(d) * self.scale()
     }
@@ -220,7 +221,7 @@ impl<S: Real> Action<4, 2> for Sim2<S> {
 
 impl<S: Real> Mul for Sim2<S> {
     type Output = Self;
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn mul(self, rhs: Self) -> Self {
         self.compose(&rhs)
     }
@@ -228,7 +229,7 @@ impl<S: Real> Mul for Sim2<S> {
 
 impl<S: Real> Mul<Vector2<S>> for Sim2<S> {
     type Output = Vector2<S>;
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn mul(self, p: Vector2<S>) -> Vector2<S> {
         self.act(&p)
     }

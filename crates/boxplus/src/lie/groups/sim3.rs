@@ -30,8 +30,9 @@
 //! ```
 
 use super::se23::split;
-use super::similarity::{Growth, Polynomial, SimilarityJacobian};
+use super::similarity::{Polynomial, SimilarityJacobian, growth};
 use super::so3::{check_affine, skew};
+use crate::lie::unrolled::{blocks, cross};
 use crate::lie::{Action, LieError, LieGroup, Real, SE3, SO3, Stumpff};
 use core::ops::Mul;
 use nalgebra::{Matrix3, Matrix4, SMatrix, SVector, Vector3};
@@ -44,7 +45,7 @@ pub struct Sim3<S = f64>(pub(in crate::lie) [S; 8]);
 
 impl<S: Real> Sim3<S> {
     /// The similarity p ↦ e^`log_scale`·`rotation`·p + `translation`.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn new(rotation: SO3<S>, translation: Vector3<S>, log_scale: S) -> Self {
         let ([x, y, z], [i, j, k, w]) = (translation.into(), rotation.0);
         Self([x, y, z, i, j, k, w, log_scale])
@@ -59,7 +60,7 @@ impl<S: Real> Sim3<S> {
     }
 
     /// The motion `pose` at scale 1.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn from_pose(pose: &SE3<S>) -> Self {
         Self::new(pose.rotation(), pose.translation(), S::zero())
     }
@@ -81,34 +82,34 @@ impl<S: Real> Sim3<S> {
     }
 
     /// R.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn rotation(&self) -> SO3<S> {
         let [_, _, _, x, y, z, w, _] = self.0;
         SO3([x, y, z, w])
     }
 
     /// t, in metres of the parent frame.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn translation(&self) -> Vector3<S> {
         let [x, y, z, ..] = self.0;
         Vector3::new(x, y, z)
     }
 
     /// s = e^σ > 0: lengths in the parent frame over lengths in the local one.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn scale(&self) -> S {
         self.log_scale().exp()
     }
 
     /// σ = ln s.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn log_scale(&self) -> S {
         self.0[7]
     }
 
     /// The homogeneous 4×4 matrix \[sR t; 0 1\].
     pub fn to_matrix(&self) -> Matrix4<S> {
-        let mut m = self.linear_part().to_homogeneous();
+        let mut m = Action::<7, 3>::linear_part(self).to_homogeneous();
         m.fixed_view_mut::<3, 1>(0, 3).copy_from(&self.translation());
         m
     }
@@ -132,17 +133,15 @@ pub(super) fn log_scale<S: Real>(scale: S) -> Result<S, LieError> {
 /// The 7×7 matrix \[a b c; 0 d 0; 0 0 e\].
 #[inline]
 fn block<S: Real>(a: &Matrix3<S>, b: &Matrix3<S>, c: &Vector3<S>, d: &Matrix3<S>, e: S) -> SMatrix<S, 7, 7> {
-    let mut m = SMatrix::<S, 7, 7>::zeros();
-    m.fixed_view_mut::<3, 3>(0, 0).copy_from(a);
-    m.fixed_view_mut::<3, 3>(0, 3).copy_from(b);
-    m.fixed_view_mut::<3, 1>(0, 6).copy_from(c);
-    m.fixed_view_mut::<3, 3>(3, 3).copy_from(d);
-    m[(6, 6)] = e;
+    let o = Matrix3::zeros();
+    let mut m: SMatrix<S, 7, 7> = blocks([[a, b], [&o, d]]);
+    [m.data.0[6][0], m.data.0[6][1], m.data.0[6][2]] = c.data.0[0];
+    m.data.0[6][6] = e;
     m
 }
 
 /// (ρ, φ, σ).
-#[inline]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn parts<S: Real>(tau: &SVector<S, 7>) -> (Vector3<S>, Vector3<S>, S) {
     let [rho, phi] = split(tau);
     (rho, phi, tau[6])
@@ -161,44 +160,43 @@ impl<S: Real> LieGroup<7> for Sim3<S> {
     type Over<T: Real> = Sim3<T>;
     type Algebra = Matrix4<S>;
 
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn identity() -> Self {
         Self::new(SO3::identity(), Vector3::zeros(), S::zero())
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn compose(&self, rhs: &Self) -> Self {
         let rotation = self.rotation().compose(&rhs.rotation());
         Self::new(rotation, self.act(&rhs.translation()), self.log_scale() + rhs.log_scale())
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn inverse(&self) -> Self {
         let (rotation, log_scale) = (self.rotation().inverse(), -self.log_scale());
         Self::new(rotation, -rotation.act(&self.translation()) * log_scale.exp(), log_scale)
     }
     /// Subtracts the translations first: the error is relative to their difference, however far from the origin.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn between(&self, other: &Self) -> Self {
         let inverse = self.rotation().inverse();
         let step = inverse.act(&(other.translation() - self.translation())) * (-self.log_scale()).exp();
         Self::new(inverse.compose(&other.rotation()), step, other.log_scale() - self.log_scale())
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn exp(tau: &SVector<S, 7>) -> Self {
         let (rho, phi, sigma) = parts(tau);
-        let growth = Growth::new(sigma, phi.norm_squared());
-        Self::new(SO3::exp(&phi), growth.apply(&phi, &rho), sigma)
+        Self::new(SO3::exp(&phi), growth(sigma, phi.norm_squared()).apply(&phi, &rho), sigma)
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn log(&self) -> SVector<S, 7> {
         let phi = self.rotation().log();
-        let growth = Growth::new(self.log_scale(), phi.norm_squared());
-        let rho = growth.solve(&phi, &self.translation());
+        let x = phi.norm_squared();
+        let rho = growth(self.log_scale(), x).inverse(x).apply(&phi, &self.translation());
         SVector::from([rho.x, rho.y, rho.z, phi.x, phi.y, phi.z, self.log_scale()])
     }
     #[inline]
     fn adjoint(&self) -> SMatrix<S, 7, 7> {
         let (r, t) = (self.rotation().to_matrix(), self.translation());
-        block(&(r * self.scale()), &(skew(&t) * r), &-t, &r, S::one())
+        block(&(r * self.scale()), &cross(&t, &r), &-t, &r, S::one())
     }
     #[inline]
     fn small_adjoint(tau: &SVector<S, 7>) -> SMatrix<S, 7, 7> {
@@ -214,7 +212,7 @@ impl<S: Real> LieGroup<7> for Sim3<S> {
     fn left_jacobian(tau: &SVector<S, 7>) -> SMatrix<S, 7, 7> {
         let (rho, phi, sigma) = parts(tau);
         let k = SimilarityJacobian::new(sigma, phi.norm_squared());
-        let column = -(k.h.matrix(&phi) * rho);
+        let column = -k.h.apply(&phi, &rho);
         block(&k.g.matrix(&phi), &k.s.matrix(&rho, &phi), &column, &k.j.matrix(&phi), S::one())
     }
     #[inline]
@@ -226,10 +224,10 @@ impl<S: Real> LieGroup<7> for Sim3<S> {
         let (rho, phi, sigma) = parts(tau);
         let x = phi.norm_squared();
         let k = SimilarityJacobian::new(sigma, x);
-        let g = Growth::new(sigma, x).inverse_polynomial();
+        let g = growth(sigma, x).inverse(x);
         let j = Polynomial([S::one(), S::lit(-0.5), Stumpff::new(x).d()]);
         let coupling = -k.s.after(&g, x).before(&j, x).matrix(&rho, &phi);
-        let column = g.matrix(&phi) * (k.h.matrix(&phi) * rho);
+        let column = g.apply(&phi, &k.h.apply(&phi, &rho));
         block(&g.matrix(&phi), &coupling, &column, &j.matrix(&phi), S::one())
     }
     /// One side only: nothing is shared with the other.
@@ -252,14 +250,15 @@ impl<S: Real> LieGroup<7> for Sim3<S> {
         let m = algebra;
         SVector::from([m.m14, m.m24, m.m34, m.m32, m.m13, m.m21, m.m11])
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn map<T: Real>(&self, f: impl Fn(S) -> T) -> Sim3<T> {
-        Sim3::new(self.rotation().map(&f), self.translation().map(&f), f(self.log_scale()))
+        let [x, y, z, i, j, k, w, sigma] = self.0;
+        Sim3([f(x), f(y), f(z), f(i), f(j), f(k), f(w), f(sigma)])
     }
 }
 
 impl<S: Real> Action<7, 3> for Sim3<S> {
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn act(&self, p: &Vector3<S>) -> Vector3<S> {
         self.rotation().act(p) * self.scale() + self.translation()
     }
@@ -274,7 +273,7 @@ impl<S: Real> Action<7, 3> for Sim3<S> {
         g.set_column(6, p);
         g
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn act_direction(&self, d: &Vector3<S>) -> Vector3<S> {
         self.rotation().act(d) * self.scale()
     }
@@ -282,7 +281,7 @@ impl<S: Real> Action<7, 3> for Sim3<S> {
 
 impl<S: Real> Mul for Sim3<S> {
     type Output = Self;
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn mul(self, rhs: Self) -> Self {
         self.compose(&rhs)
     }
@@ -290,7 +289,7 @@ impl<S: Real> Mul for Sim3<S> {
 
 impl<S: Real> Mul<Vector3<S>> for Sim3<S> {
     type Output = Vector3<S>;
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn mul(self, p: Vector3<S>) -> Vector3<S> {
         self.act(&p)
     }

@@ -11,42 +11,54 @@
 //! Two regimes each, not the usual four: where σ² + x < 4 the power series, elsewhere the quotients, whose denominators are
 //! then harmless. Within 3ε for |σ| ≤ 6, θ ≤ π, `f32` and `f64`, whichever of σ and θ vanishes.
 
-use super::so3::skew;
+use super::so3::{quadratic, skew};
+use crate::lie::real::of_lanes;
+use crate::lie::stumpff::{MAX_TERMS, inverse_factorials};
 use crate::lie::{Blend, Real, Stumpff};
 use nalgebra::{Matrix3, SimdBool, Vector2, Vector3};
 
 /// Below σ² + θ² = 4 the series: its terms never exceed the sum, and from here on (eᶻ − 1 − z)/z² cancels no digit.
 const SERIES_END: f64 = 4.0;
 
-/// Terms of Σ zᵏ/(k + 1)! for |z| < 2 that leave less than ε/10: 2²³/24! in `f64`, 2¹⁵/16! in `f32`.
-fn series_terms<S: Real>() -> usize {
-    if S::EPSILON > 1e-10 { 15 } else { 23 }
+/// Coefficients of zᵏ in φ₁ and φ₂, those of even and of odd k apart: 1/(k + 1)! and 1/(k + 2)!. Even and odd powers are summed side
+/// by side by Horner's rule in z², which halves the chain of operations that wait for each other.
+const FIRST: [[f64; MAX_TERMS + 1]; 2] = [inverse_factorials(1), inverse_factorials(2)];
+const SECOND: [[f64; MAX_TERMS + 1]; 2] = [inverse_factorials(2), inverse_factorials(3)];
+
+/// The last pair of coefficients that counts for |z| < 2: what follows is less than ε/10, 2²⁴/25! in `f64`, 2¹⁶/17! in `f32`.
+const fn last_pair<S: Real>() -> usize {
+    if S::EPSILON > 1e-10 { 7 } else { 11 }
 }
 
 /// a·b of complex numbers.
-#[inline]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn times<S: Real>(a: &Vector2<S>, b: &Vector2<S>) -> Vector2<S> {
     Vector2::new(a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x)
 }
 
 /// a/b of complex numbers.
-#[inline]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn over<S: Real>(a: &Vector2<S>, b: &Vector2<S>) -> Vector2<S> {
     times(a, &Vector2::new(b.x, -b.y)) / b.norm_squared()
 }
 
 /// φ₁(z) = (eᶻ − 1)/z and φ₂(z) = (eᶻ − 1 − z)/z² of a complex number z = σ + iθ; 1 and ½ at 0.
-#[inline]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn phi<S: Real>(z: &Vector2<S>) -> (Vector2<S>, Vector2<S>) {
     let one = Vector2::new(S::one(), S::zero());
+    if let Some(nan) = of_lanes(z.x) {
+        return (one * nan, one * nan);
+    }
     S::choose(
         z.norm_squared().simd_lt(S::lit(SERIES_END)),
         || {
-            // Horner's rule: 1/2·(1 + z/3·(1 + z/4·(1 + …))).
-            let nested = (2..=series_terms::<S>() + 1)
-                .rev()
-                .fold(Vector2::zeros(), |sum, k| (one + times(z, &sum)) * S::lit(1.0 / k as f64));
-            (one + times(z, &nested), nested)
+            let (square, mut even, mut odd) = (times(z, z), Vector2::zeros(), Vector2::zeros());
+            for k in (0..=last_pair::<S>()).rev() {
+                even = times(&even, &square) + one * S::lit(SECOND[0][k]);
+                odd = times(&odd, &square) + one * S::lit(SECOND[1][k]);
+            }
+            let second = even + times(z, &odd);
+            (one + times(z, &second), second)
         },
         || {
             let (sin, cos) = z.y.sin_cos();
@@ -56,82 +68,47 @@ pub(super) fn phi<S: Real>(z: &Vector2<S>) -> (Vector2<S>, Vector2<S>) {
     )
 }
 
-/// The coefficients of G = A·I + B·φ^ + C·φ^² at one (σ, |φ|²).
-pub(super) struct Growth<S> {
-    a: S,
-    b: S,
-    c: S,
-    x: S,
+/// G = A·I + B·φ^ + C·φ^² at one (σ, |φ|²).
+#[cfg_attr(not(debug_assertions), inline(always))]
+pub(super) fn growth<S: Real>(sigma: S, x: S) -> Polynomial<S> {
+    let square = sigma * sigma + x;
+    if let Some(nan) = of_lanes(sigma) {
+        return Polynomial([nan; 3]);
+    }
+    Polynomial(S::choose(
+        square.simd_lt(S::lit(SERIES_END)),
+        || growth_series(sigma, x),
+        || {
+            let (a, e, k) = (mean_growth(sigma), sigma.exp(), Stumpff::new(x));
+            let b = (S::one() + e * (sigma * k.c1 - k.c0)) / square;
+            [a, b, (a + e * (sigma * k.c2 - k.c1)) / square]
+        },
+    ))
 }
 
-impl<S: Real> Growth<S> {
-    #[inline]
-    pub(super) fn new(sigma: S, x: S) -> Self {
-        let square = sigma * sigma + x;
-        let [a, b, c] = S::choose(
-            square.simd_lt(S::lit(SERIES_END)),
-            || Self::series(sigma, x),
-            || {
-                let (a, e, k) = (mean_growth(sigma), sigma.exp(), Stumpff::new(x));
-                let b = (S::one() + e * (sigma * k.c1 - k.c0)) / square;
-                [a, b, (a + e * (sigma * k.c2 - k.c1)) / square]
-            },
-        );
-        Self { a, b, c, x }
+/// \[A, B, C\] of Σ Zᵏ/(k + 1)!.
+#[cfg_attr(not(debug_assertions), inline(always))]
+fn growth_series<S: Real>(sigma: S, x: S) -> [S; 3] {
+    // By Z² = σ²·I + 2σ·φ^ + φ^² and φ^³ = −xφ^.
+    let (square, double) = (sigma * sigma, sigma + sigma);
+    let (mut even, mut odd) = ([S::zero(); 3], [S::zero(); 3]);
+    for k in (0..=last_pair::<S>()).rev() {
+        [even, odd] = [(even, FIRST[0][k]), (odd, FIRST[1][k])].map(|([a, b, c], term)| {
+            let (p, q) = (square * a + S::lit(term), double * (a - x * c) + (square - x) * b);
+            [p, q, a + double * b + (square - x) * c]
+        });
     }
-
-    /// \[A, B, C\] of Σ Zᵏ/(k + 1)!, with Zᵏ = p·I + y·φ^ + w·φ^².
-    fn series(sigma: S, x: S) -> [S; 3] {
-        let (mut p, mut y, mut w) = (S::one(), S::zero(), S::zero());
-        let (mut a, mut b, mut c, mut factor) = (S::one(), S::zero(), S::zero(), 1.0);
-        for k in 1..=series_terms::<S>() {
-            (p, y, w) = (sigma * p, p - x * w + sigma * y, y + sigma * w);
-            factor /= (k + 1) as f64;
-            let f = S::lit(factor);
-            (a, b, c) = (a + p * f, b + y * f, c + w * f);
-        }
-        [a, b, c]
-    }
-
-    /// G·v.
-    #[inline]
-    pub(super) fn apply(&self, phi: &Vector3<S>, v: &Vector3<S>) -> Vector3<S> {
-        combine(phi, self.a, self.b, self.c, v)
-    }
-
-    /// G⁻¹·v, where G⁻¹ = (1/A)·I − (B/D)·φ^ + ((B² − CE)/(AD))·φ^² with E = A − Cx, D = E² + B²x.
-    #[inline]
-    pub(super) fn solve(&self, phi: &Vector3<S>, v: &Vector3<S>) -> Vector3<S> {
-        let [a, b, c] = self.inverse();
-        combine(phi, a, b, c, v)
-    }
-
-    /// G⁻¹ as a polynomial in φ^.
-    #[inline]
-    pub(super) fn inverse_polynomial(&self) -> Polynomial<S> {
-        Polynomial(self.inverse())
-    }
-
-    fn inverse(&self) -> [S; 3] {
-        let Self { a, b, c, x } = *self;
-        let e = a - c * x;
-        let d = e * e + b * b * x;
-        [S::one() / a, -b / d, (b * b - c * e) / (a * d)]
-    }
-}
-
-/// a·v + b·φ×v + c·φ×(φ×v).
-#[inline]
-fn combine<S: Real>(phi: &Vector3<S>, a: S, b: S, c: S, v: &Vector3<S>) -> Vector3<S> {
-    let turned = phi.cross(v);
-    v * a + turned * b + phi.cross(&turned) * c
+    let [a, b, c] = even;
+    let Polynomial([p, q, r]) = Polynomial(odd).grown(sigma, x);
+    [a + p, b + q, c + r]
 }
 
 /// (e^σ − 1)/σ, 1 at 0, with exact derivatives there.
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn mean_growth<S: Real>(sigma: S) -> S {
     S::choose(
         sigma.simd_abs().simd_lt(S::one()),
-        || Growth::series(sigma, S::zero())[0],
+        || growth_series(sigma, S::zero())[0],
         || (sigma.exp() - S::one()) / sigma,
     )
 }
@@ -141,27 +118,65 @@ fn mean_growth<S: Real>(sigma: S) -> S {
 pub(super) struct Polynomial<S>(pub(super) [S; 3]);
 
 impl<S: Real> Polynomial<S> {
+    /// self·v = a·v + b·φ×v + c·φ×(φ×v).
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub(super) fn apply(&self, phi: &Vector3<S>, v: &Vector3<S>) -> Vector3<S> {
+        let (Self([a, b, c]), turned) = (*self, phi.cross(v));
+        v * a + turned * b + phi.cross(&turned) * c
+    }
+
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub(super) fn matrix(&self, phi: &Vector3<S>) -> Matrix3<S> {
+        quadratic(phi, self.0)
+    }
+
+    /// The inverse, (1/a)·I − (b/d)·W + ((b² − ce)/(ad))·W² with e = a − cx, d = e² + b²x.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    pub(super) fn inverse(&self, x: S) -> Self {
+        let Self([a, b, c]) = *self;
+        let e = a - c * x;
+        let d = e * e + b * b * x;
+        Self([S::one() / a, -b / d, (b * b - c * e) / (a * d)])
+    }
+
+    /// Z·self, Z = σI + W.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn grown(&self, sigma: S, x: S) -> Self {
+        let Self([a, b, c]) = *self;
+        Self([sigma * a, sigma * b + a - x * c, sigma * c + b])
+    }
+
+    /// W·self.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn turned(&self, x: S) -> Self {
+        let Self([a, b, c]) = *self;
+        Self([S::zero(), a - x * c, b])
+    }
+
     /// The product, by W³ = −xW.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn times(&self, other: &Self, x: S) -> Self {
-        let (Self([a, b, c]), Self([d, e, f])) = (self, other);
-        Self([
-            *a * *d,
-            *a * *e + *b * *d - x * (*b * *f + *c * *e),
-            *a * *f + *b * *e + *c * *d - x * *c * *f,
-        ])
+        let (Self([a, b, c]), Self([d, e, f])) = (*self, *other);
+        Self([a * d, a * e + b * d - x * (b * f + c * e), a * f + b * e + c * d - x * c * f])
+    }
+
+    /// f·self.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn scaled(&self, f: S) -> Self {
+        Self(self.0.map(|c| c * f))
     }
 
     /// self + f·other.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn plus(&self, f: S, other: &Self) -> Self {
         Self(core::array::from_fn(|i| self.0[i] + f * other.0[i]))
     }
 
-    #[inline]
-    pub(super) fn matrix(&self, phi: &Vector3<S>) -> Matrix3<S> {
-        let (Self([a, b, c]), w) = (self, skew(phi));
-        Matrix3::from_diagonal_element(*a) + w * *b + w * w * *c
+    /// self + f·I.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn shifted(&self, f: S) -> Self {
+        let Self([a, b, c]) = *self;
+        Self([a + f, b, c])
     }
 }
 
@@ -172,6 +187,19 @@ impl<S: Real> Polynomial<S> {
 pub(super) struct Coupling<S>([S; 6]);
 
 impl<S: Real> Coupling<S> {
+    /// P·`m`.
+    #[inline]
+    fn of(m: &Polynomial<S>, x: S) -> Self {
+        let (Polynomial([a, b, c]), o) = (*m, S::zero());
+        Self([a - x * c, o, b, -c, -c, o])
+    }
+
+    /// f·self.
+    #[inline]
+    fn scaled(&self, f: S) -> Self {
+        Self(self.0.map(|c| c * f))
+    }
+
     /// self + f·other.
     #[inline]
     fn plus(&self, f: S, other: &Self) -> Self {
@@ -196,22 +224,25 @@ impl<S: Real> Coupling<S> {
     #[inline]
     pub(super) fn after(&self, m: &Polynomial<S>, x: S) -> Self {
         let once = self.turned(x);
-        Self(self.0.map(|s| s * m.0[0])).plus(m.0[1], &once).plus(m.0[2], &once.turned(x))
+        self.scaled(m.0[0]).plus(m.0[1], &once).plus(m.0[2], &once.turned(x))
     }
 
     /// self·`m`.
     #[inline]
     pub(super) fn before(&self, m: &Polynomial<S>, x: S) -> Self {
         let once = self.turning(x);
-        Self(self.0.map(|s| s * m.0[0])).plus(m.0[1], &once).plus(m.0[2], &once.turning(x))
+        self.scaled(m.0[0]).plus(m.0[1], &once).plus(m.0[2], &once.turning(x))
     }
 
     #[inline]
     pub(super) fn matrix(&self, rho: &Vector3<S>, phi: &Vector3<S>) -> Matrix3<S> {
         let Self([a, b, c, d, first, second]) = *self;
-        let (w, p, dot) = (skew(phi), skew(rho), phi.dot(rho));
-        let wp = w * p;
-        p * a + wp * b + wp.transpose() * c + w * (wp * d + w * (dot * second)) + w * (dot * first)
+        // By φ^ρ^ = ρφᵀ − (φ·ρ)I, φ^²ρ^ = (φ×ρ)φᵀ − (φ·ρ)φ^ and φ^² = φφᵀ − xI.
+        let (dot, x) = (phi.dot(rho), phi.norm_squared());
+        let u = rho * b + phi.cross(rho) * d + phi * (dot * second);
+        let skewed = skew(&(rho * a + phi * (dot * (first - d))));
+        let diagonal = Matrix3::from_diagonal_element(dot * (b + c) + dot * second * x);
+        skewed + u * phi.transpose() + (phi * c) * rho.transpose() - diagonal
     }
 }
 
@@ -228,15 +259,19 @@ pub(super) struct SimilarityJacobian<S> {
     pub(super) j: Polynomial<S>,
 }
 
-/// Halved until √(σ² + x) ≤ ½, where this many terms of the series leave less than ε/10: ½¹⁶/17! ≪ ε.
-const JACOBIAN_TERMS: usize = 17;
-
 impl<S: Real> SimilarityJacobian<S> {
-    /// The series at τ/2ᵏ, then k times J_l(2τ) = ½(I + Ad_{Exp τ})·J_l(τ).
+    /// Terms of the series that leave less than ε/10 where √(σ² + x) ≤ 1: (n + 1)/(n + 2)! of S.
+    const TERMS: usize = if S::EPSILON > 1e-10 { 11 } else { 18 };
+
+    /// The series at τ/2ᵏ, √(σ² + x)/2ᵏ ≤ 1, then k times J_l(2τ) = ½(I + Ad_{Exp τ})·J_l(τ).
     ///
     /// In closed form S would need several regimes, for σ and θ vanish independently. Doubling needs none, loses no digits,
     /// and serves all blocks at once.
     pub(super) fn new(sigma: S, x: S) -> Self {
+        if let Some(nan) = of_lanes(sigma) {
+            let nothing = Polynomial([nan; 3]);
+            return Self { g: nothing, s: Coupling([nan; 6]), h: nothing, j: nothing };
+        }
         let mut scale = halved(x + sigma * sigma);
         let mut jacobian = Self::series(sigma, x, scale);
         loop {
@@ -249,46 +284,44 @@ impl<S: Real> SimilarityJacobian<S> {
         }
     }
 
-    /// At τ·`scale`, in powers of the unscaled W.
+    /// At τ·`scale`, in powers of the unscaled W. With M = scale·\[Z, P; 0, W\] the blocks G, S and J are those of φ₁(M) = I + M·φ₂(M).
     fn series(sigma: S, x: S, scale: S) -> Self {
-        let (one, o) = (S::one(), S::zero());
-        let (z, w) = (Polynomial([sigma * scale, scale, o]), Polynomial([o, scale, o]));
-        let identity = Polynomial([one, o, o]);
-        let (mut zn, mut wn) = (identity, identity);
-        let (mut tn, mut pw) = (Coupling([o; 6]), Coupling([scale, o, o, o, o, o]));
-        let (mut g, mut s, mut h, mut j) = (identity, tn, Polynomial([o; 3]), identity);
-        let mut factor = 1.0;
-        for k in 1..=JACOBIAN_TERMS {
-            // adᵏ = [Zᵏ, T_k, −Zᵏ⁻¹ρ; 0, Wᵏ, 0; 0, 0, 0], T_{k+1} = Z·T_k + P·Wᵏ.
-            factor /= (k + 1) as f64;
-            let f = S::lit(factor);
-            tn = tn.after(&z, x).plus(one, &pw);
-            h = h.plus(f * scale, &zn);
-            (zn, wn, pw) = (zn.times(&z, x), wn.times(&w, x), pw.before(&w, x));
-            (g, s, j) = (g.plus(f, &zn), s.plus(f, &tn), j.plus(f, &wn));
+        let nothing = Polynomial([S::zero(); 3]);
+        let nothing = Self { g: nothing, s: Coupling([S::zero(); 6]), h: nothing, j: nothing };
+        // Horner's rule: φ₂ = ½(I + M/3·(I + M/4·(I + …))).
+        let second = (2..=Self::TERMS + 1).rev().fold(nothing, |sum, k| sum.nested(sigma, x, scale, k));
+        Self { h: second.g.scaled(scale), ..second.nested(sigma, x, scale, 1) }
+    }
+
+    /// (I + M·self)/k.
+    #[inline]
+    fn nested(&self, sigma: S, x: S, scale: S, k: usize) -> Self {
+        let share = S::lit(1.0 / k as f64);
+        let f = scale * share;
+        let coupled = Coupling::of(&self.j, x).plus(S::one(), &self.s.turned(x)).plus(sigma, &self.s);
+        Self {
+            g: self.g.grown(sigma, x).scaled(f).shifted(share),
+            s: coupled.scaled(f),
+            h: self.h,
+            j: self.j.turned(x).scaled(f).shifted(share),
         }
-        Self { g, s, h, j }
     }
 
     /// From τ·`scale` to twice that.
     fn doubled(&self, sigma: S, x: S, scale: S) -> Self {
-        let k = Stumpff::new(x * scale * scale);
-        let r = Polynomial([S::one(), k.c1 * scale, k.c2 * scale * scale]);
-        let growth = (sigma * scale).exp();
+        let (one, half) = (S::one(), S::lit(0.5));
+        // Exp of what is there: e^Z = I + Z·G and R = I + W·J.
+        let turn = self.j.turned(x).scaled(scale).shifted(one);
+        let mean = self.g.grown(sigma, x).scaled(scale * half).shifted(one);
         let Polynomial([a, b, c]) = self.g;
         // t^ for t = Gρ, by (φ×ρ)^ = WP − PW and (φ×(φ×ρ))^ = (φ·ρ)W − xP.
         let t = Coupling([a - x * c, b, -b, S::zero(), c, S::zero()]);
-        let pushed = t.before(&r.times(&self.j, x), x);
-        let half = S::lit(0.5);
-        let mean = |m: &Polynomial<S>, grown: S| {
-            Polynomial(m.0.map(|c| c * half)).plus(grown * half, &r.times(m, x))
-        };
-        let s = Coupling(self.s.0.map(|c| c * half)).plus(growth * half, &self.s.after(&r, x));
+        let turned = turn.times(&self.j, x);
         Self {
-            g: mean(&self.g, growth),
-            s: s.plus(scale * half, &pushed),
-            h: mean(&self.h, growth).plus(scale * half, &self.g),
-            j: mean(&self.j, S::one()),
+            g: mean.times(&self.g, x),
+            s: self.s.after(&mean, x).plus(scale * half, &t.before(&turned, x)),
+            h: mean.times(&self.h, x).plus(scale * half, &self.g),
+            j: self.j.plus(one, &turned).scaled(half),
         }
     }
 }
@@ -306,12 +339,12 @@ impl<S: Real> Blend<S> for SimilarityJacobian<S> {
     }
 }
 
-/// The power of ½ by which a number of this square must be multiplied to be at most ½.
+/// The power of ½ by which a number of this square must be multiplied to be at most 1.
 fn halved<S: Real>(square: S) -> S {
     let mut scale = S::one();
     // Beyond 2⁴⁰ no digit of an angle is left; the limit also stops at what is not finite.
     for _ in 0..40 {
-        let long = (square * scale * scale).simd_gt(S::lit(0.25));
+        let long = (square * scale * scale).simd_gt(S::one());
         if long.none() {
             break;
         }

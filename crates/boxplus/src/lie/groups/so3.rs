@@ -180,22 +180,28 @@ pub(super) fn skew<S: Real>(v: &Vector3<S>) -> Matrix3<S> {
     Matrix3::new(o, -v.z, v.y, v.z, o, -v.x, -v.y, v.x, o)
 }
 
-/// I + a·φ^ + b·φ^², with (φ^²)₁₁ = −(φ₂² + φ₃²) free of cancellation.
+/// I + a·φ^ + b·φ^².
 #[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn polynomial<S: Real>(phi: &Vector3<S>, a: S, b: S) -> Matrix3<S> {
-    let (one, s, u) = (S::one(), phi * a, phi * b);
+    quadratic(phi, [S::one(), a, b])
+}
+
+/// a·I + b·φ^ + c·φ^², with (φ^²)₁₁ = −(φ₂² + φ₃²) free of cancellation.
+#[cfg_attr(not(debug_assertions), inline(always))]
+pub(super) fn quadratic<S: Real>(phi: &Vector3<S>, [a, b, c]: [S; 3]) -> Matrix3<S> {
+    let (s, u) = (phi * b, phi * c);
     let (xx, yy, zz) = (phi.x * u.x, phi.y * u.y, phi.z * u.z);
     let (xy, yz, zx) = (phi.x * u.y, phi.y * u.z, phi.z * u.x);
     Matrix3::new(
-        one - (yy + zz),
+        a - (yy + zz),
         xy - s.z,
         zx + s.y,
         xy + s.z,
-        one - (xx + zz),
+        a - (xx + zz),
         yz - s.x,
         zx - s.y,
         yz + s.x,
-        one - (xx + yy),
+        a - (xx + yy),
     )
 }
 

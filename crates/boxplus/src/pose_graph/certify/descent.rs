@@ -12,7 +12,7 @@ use core::ops::ControlFlow;
 
 use nalgebra::{DMatrix, SMatrix, SVector, SymmetricEigen};
 
-use super::quadratic::{Frame, Layout, Link, cost, dual, joined, multipliers, slopes};
+use super::quadratic::{Frame, Layout, Link, cost, dual, multipliers, slopes};
 use crate::graph::GraphError;
 use crate::graph::linear::cholesky::Cholesky;
 
@@ -160,7 +160,6 @@ struct Newton<const P: usize, const D: usize> {
     /// Layout of S, from which the Hessian is read.
     dual: Layout,
     moves: Vec<Vec<Move>>,
-    joined: Vec<(u32, u32)>,
     held: Vec<bool>,
     weights: Vec<f64>,
     hessian: Vec<f64>,
@@ -188,14 +187,13 @@ impl<const P: usize, const D: usize> Newton<P, D> {
         }
         let numbers = layout.pattern.len();
         Ok(Self {
-            dual: Layout::new(links, count, D + 1)?,
+            dual: layout.resized(D + 1)?,
             gradient: vec![0.0; weights.len()],
             delta: vec![0.0; weights.len()],
             hessian: vec![0.0; numbers],
             damped: vec![0.0; numbers],
             layout,
             moves,
-            joined: joined(links),
             held,
             weights,
             cholesky,
@@ -219,16 +217,17 @@ impl<const P: usize, const D: usize> Newton<P, D> {
         self.hessian.fill(0.0);
         for pose in 0..bodies.len() {
             if self.held[pose] {
+                let place = self.layout.block(pose, pose);
                 for k in 0..self.moves.len() {
-                    self.hessian[self.layout.place((pose, k), (pose, k))] =
-                        self.weights[self.layout.row(pose) + k];
+                    self.hessian[place(k, k)] = self.weights[self.layout.row(pose) + k];
                 }
             } else {
                 self.block(&dual, bodies, (pose, pose));
             }
         }
-        for pair in 0..self.joined.len() {
-            let (i, j) = (self.joined[pair].0 as usize, self.joined[pair].1 as usize);
+        for pair in 0..self.layout.pairs.len() {
+            let (i, j) = self.layout.pairs[pair];
+            let (i, j) = (i as usize, j as usize);
             if !self.held[i] && !self.held[j] {
                 self.block(&dual, bodies, (i, j));
             }
@@ -239,16 +238,17 @@ impl<const P: usize, const D: usize> Newton<P, D> {
     fn block(&mut self, dual: &[f64], bodies: &[Body<P>], (i, j): (usize, usize)) {
         let inner: Vec<f64> =
             (0..4 * P * P).map(|n| bodies[i].axis(n / (2 * P)).dot(&bodies[j].axis(n % (2 * P)))).collect();
+        let (place, entry) = (self.layout.block(i, j), self.dual.block(i, j));
         for (k, first) in self.moves.iter().enumerate() {
             for (l, second) in self.moves.iter().enumerate().take(if i == j { k + 1 } else { usize::MAX }) {
                 let mut sum = 0.0;
                 for m in first {
                     for n in second {
-                        let entry = dual[self.dual.place((i, m.column), (j, n.column))];
-                        sum += m.sign * n.sign * inner[m.axis * 2 * P + n.axis] * entry;
+                        let s = dual[entry(m.column, n.column)];
+                        sum += m.sign * n.sign * inner[m.axis * 2 * P + n.axis] * s;
                     }
                 }
-                self.hessian[self.layout.place((i, k), (j, l))] = sum;
+                self.hessian[place(k, l)] = sum;
             }
         }
     }
@@ -257,9 +257,9 @@ impl<const P: usize, const D: usize> Newton<P, D> {
     fn step(&mut self, damping: f64) -> Option<f64> {
         self.damped.copy_from_slice(&self.hessian);
         for pose in 0..self.layout.count() {
-            let row = self.layout.row(pose);
+            let (row, place) = (self.layout.row(pose), self.layout.block(pose, pose));
             for k in 0..self.moves.len() {
-                self.damped[self.layout.place((pose, k), (pose, k))] += damping * self.weights[row + k];
+                self.damped[place(k, k)] += damping * self.weights[row + k];
             }
         }
         self.cholesky.factorise(&self.damped).ok()?;

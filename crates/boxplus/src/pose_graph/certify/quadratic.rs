@@ -12,10 +12,13 @@
 //! estimate is the optimum where the two meet. Rosen et al. (2019), §4, with translations kept, which leaves S as sparse as
 //! the graph.
 
+use std::sync::Arc;
+
 use nalgebra::{SMatrix, SVector};
 
 use crate::graph::GraphError;
 use crate::graph::linear::pattern::Pattern;
+use crate::graph::linear::structure::sorted;
 use crate::partition::Partition;
 
 /// A pose of the relaxation: D orthonormal columns and a position, in ℝᴾ. With P = D it is a pose.
@@ -87,12 +90,15 @@ pub(super) fn multipliers<const P: usize, const D: usize>(
 }
 
 /// The lower triangle of a symmetric matrix with a block for every pose and every link, in an elimination order.
+#[derive(Clone)]
 pub(super) struct Layout {
     /// Rows of one pose.
     size: usize,
     /// Where each pose stands in the order.
     position: Vec<usize>,
     pub(super) pattern: Pattern,
+    /// The pairs of poses that a link joins, the lower first, each once.
+    pub(super) pairs: Vec<(u32, u32)>,
     /// One pose of each connected part: moving a part changes no cost, so that one may be held.
     pub(super) anchors: Vec<usize>,
 }
@@ -111,11 +117,22 @@ impl Layout {
         links.iter().for_each(|link| parts.join(link.from, link.to));
         let anchors = parts.parts().map(|(pose, _)| pose).collect();
 
-        let pattern = Pattern::new(&vec![size; count], &joined(links))?;
+        let pairs = joined(links, count);
+        let pattern = Pattern::new(&vec![size; count], &pairs)?;
         let mut position = vec![0; count];
         let order = pattern.symbolic.order.iter().enumerate();
         order.for_each(|(place, &pose)| position[pose as usize] = place);
-        Ok(Self { size, position, pattern, anchors })
+        Ok(Self { size, position, pattern, pairs, anchors })
+    }
+
+    /// The same poses in the same order, with blocks of another size.
+    ///
+    /// # Errors
+    /// [`GraphError::OutOfMemory`].
+    pub(super) fn resized(&self, size: usize) -> Result<Self, GraphError> {
+        let symbolic = Arc::clone(&self.pattern.symbolic);
+        let pattern = Pattern::lay_out(symbolic, &vec![size; self.count()], &self.pairs)?;
+        Ok(Self { size, pattern, ..self.clone() })
     }
 
     /// How many poses there are.
@@ -128,11 +145,15 @@ impl Layout {
         self.position[pose] * self.size
     }
 
-    /// Where the entry of two coordinates of two poses stands in the lower triangle, whichever is the row.
-    pub(super) fn place(&self, (one, a): (usize, usize), (other, b): (usize, usize)) -> usize {
-        let (one, other) = ((self.position[one], a), (self.position[other], b));
-        let ((row, a), (column, b)) = (one.max(other), one.min(other));
-        self.pattern.find(row, column).unwrap_or(0) + b * self.size + a
+    /// Where the entry of coordinate a of one pose and b of the other stands in the lower triangle, whichever is the row; for
+    /// a pose with itself, whichever coordinate is.
+    pub(super) fn block(&self, one: usize, other: usize) -> impl Fn(usize, usize) -> usize {
+        let (one, other, size) = (self.position[one], self.position[other], self.size);
+        let at = self.pattern.find(one.max(other), one.min(other)).unwrap_or(0);
+        move |a, b| {
+            let (row, column) = if (one, a) < (other, b) { (b, a) } else { (a, b) };
+            at + column * size + row
+        }
     }
 }
 
@@ -143,34 +164,33 @@ pub(super) fn dual<const D: usize>(
     multipliers: &[SMatrix<f64, D, D>],
 ) -> Vec<f64> {
     let mut values = vec![0.0; layout.pattern.len()];
-    let mut add = |one, other, value| values[layout.place(one, other)] += value;
     for link in links {
         let (i, j, kappa, tau, t) = (link.from, link.to, link.kappa, link.tau, &link.translation);
+        let (ii, jj, ij) = (layout.block(i, i), layout.block(j, j), layout.block(i, j));
+        let mut add = |place, value| values[place] += value;
         for a in 0..D {
             for b in 0..=a {
                 let unit = if a == b { kappa } else { 0.0 };
-                add((i, a), (i, b), unit + tau * t[a] * t[b]);
+                add(ii(a, b), unit + tau * t[a] * t[b]);
             }
-            add((j, a), (j, a), kappa);
-            add((i, D), (i, a), tau * t[a]);
-            add((i, a), (j, D), -tau * t[a]);
-            (0..D).for_each(|b| add((i, a), (j, b), -kappa * link.rotation[(a, b)]));
+            add(jj(a, a), kappa);
+            add(ii(D, a), tau * t[a]);
+            add(ij(a, D), -tau * t[a]);
+            (0..D).for_each(|b| add(ij(a, b), -kappa * link.rotation[(a, b)]));
         }
-        add((i, D), (i, D), tau);
-        add((j, D), (j, D), tau);
-        add((i, D), (j, D), -tau);
+        add(ii(D, D), tau);
+        add(jj(D, D), tau);
+        add(ij(D, D), -tau);
     }
     for (pose, multiplier) in multipliers.iter().enumerate() {
-        (0..D).for_each(|a| (0..=a).for_each(|b| add((pose, a), (pose, b), -multiplier[(a, b)])));
+        let place = layout.block(pose, pose);
+        (0..D).for_each(|a| (0..=a).for_each(|b| values[place(a, b)] -= multiplier[(a, b)]));
     }
     values
 }
 
-/// The pairs of poses that a link joins, the lower first, each once.
-pub(super) fn joined<const D: usize>(links: &[Link<D>]) -> Vec<(u32, u32)> {
+/// The pairs among `count` poses that a link joins, the lower first, each once.
+fn joined<const D: usize>(links: &[Link<D>], count: usize) -> Vec<(u32, u32)> {
     let pair = |link: &Link<D>| (link.from.min(link.to) as u32, link.from.max(link.to) as u32);
-    let mut pairs: Vec<_> = links.iter().map(pair).filter(|(a, b)| a != b).collect();
-    pairs.sort_unstable();
-    pairs.dedup();
-    pairs
+    sorted(links.iter().map(pair).filter(|(a, b)| a != b).collect(), count)
 }

@@ -10,6 +10,7 @@ use nalgebra::{DMatrix, SymmetricEigen};
 use crate::graph::GraphError;
 use crate::graph::linear::cholesky::Cholesky;
 use crate::graph::linear::pattern::Pattern;
+use crate::graph::linear::vector::{dot, rough};
 
 /// A symmetric matrix S with a shift on some of its diagonal: x_RᵀS̃x_R is the least of xᵀSx over all other rows of x.
 pub(super) struct Shifted<'a> {
@@ -69,7 +70,7 @@ impl<'a> Shifted<'a> {
     /// The lowest eigenpair, after `shift` has made the matrix definite.
     pub(super) fn lowest(&mut self, shift: f64) -> Lowest {
         let size = self.rows.len();
-        let mut basis = vec![unit((0..size).map(|i| (i as f64 * 0.7 + 1.0).sin()).collect())];
+        let mut basis = vec![unit(rough(size))];
         let (mut alpha, mut beta): (Vec<f64>, Vec<f64>) = (vec![], vec![]);
         let (value, weights) = loop {
             let k = alpha.len();
@@ -131,10 +132,6 @@ fn top(alpha: &[f64], beta: &[f64]) -> (f64, Vec<f64>) {
     let eigen = SymmetricEigen::new(DMatrix::from_fn(alpha.len(), alpha.len(), entry));
     let best = eigen.eigenvalues.imax();
     (eigen.eigenvalues[best], eigen.eigenvectors.column(best).iter().copied().collect())
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 fn unit(mut x: Vec<f64>) -> Vec<f64> {

@@ -131,7 +131,7 @@ fn judge<const P: usize, const D: usize>(
     let mut matrix = dual(layout, links, &multipliers);
     for &pose in &layout.anchors {
         // Whatever is added here is paid by moving the whole part, which is free: S stays as definite as it was.
-        let diagonal = layout.place((pose, D), (pose, D));
+        let diagonal = layout.block(pose, pose)(D, D);
         matrix[diagonal] *= 2.0;
     }
     let rotations = (0..frames.len()).flat_map(|pose| (0..D).map(move |a| layout.row(pose) + a));

@@ -31,7 +31,8 @@ pub use uncertainty::PositionCovariance;
 use super::constraint::{Constraint, Kind};
 use super::{Fault, Line, PoseGraph};
 use crate::graph::{
-    self, Clock, Graduation, GraphError, Initial, Iteration, Kernel, SolveOptions, SolveReport, Unconstrained,
+    self, Clock, Graduation, GraphError, Growth, Initial, Iteration, Kernel, SolveOptions, SolveReport,
+    Unconstrained,
 };
 use problem::{Problem, with_values};
 
@@ -127,6 +128,8 @@ pub(crate) fn factors(graph: &PoseGraph) -> Result<(graph::Graph, graph::Values)
 /// What [`solve_observed`] tells while it works.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Progress<'a> {
+    /// The map grows towards a first estimate ([`Initial::Grown`]), at ½ Σ ρ(‖U·r‖²).
+    Growing(Growth),
     /// The first estimate is there, made this way, with this objective.
     Initialised(Initial, f64),
     /// A trial step was made.
@@ -305,7 +308,7 @@ impl PoseGraph {
     /// As [`solve`].
     pub fn initialised(&self, settings: &SolveSettings) -> Result<PoseGraph, PoseGraphError> {
         let problem = Problem::new(self, settings)?;
-        let start = closures::first_estimate(self, &problem, settings)?;
+        let start = closures::first_estimate(self, &problem, settings, &mut |_| ControlFlow::Continue(()))?;
         Ok(with_values(self, &start.initialisation.values))
     }
 }
@@ -339,7 +342,8 @@ pub fn solve_observed(
     let given_cost = problem.factors.cost(&problem.values).ok().map(|cost| scale * cost);
     let built = clock.seconds();
 
-    let start = closures::first_estimate(graph, &problem, settings)?;
+    let mut grows = |growth| observer(Progress::Growing(growth));
+    let start = closures::first_estimate(graph, &problem, settings, &mut grows)?;
     let first = &start.initialisation;
     let initialised = clock.seconds();
     let stopped = observer(Progress::Initialised(first.chosen, scale * first.cost())).is_break();

@@ -112,7 +112,8 @@ impl Map<'_> {
     ) -> Result<ControlFlow<()>, PoseGraphError> {
         let (part, places) = self.part(end);
         let mut problem = Problem::new(&part, &self.settings)?;
-        let suspects = Suspects::new(&problem, |k| self.closes[places[k]].then_some(places[k]));
+        let suspects =
+            Suspects::new(&problem, |k| places.get(k).copied().filter(|&place| self.closes[place]));
         let start = problem.values.clone();
         let usual = &self.settings.options;
         let options = SolveOptions {
@@ -131,9 +132,10 @@ impl Map<'_> {
                 flow
             },
         )?;
-        let rejected = suspects.places(&found.rejected);
-        self.accepted =
-            suspects.0.iter().map(|&(place, _)| place).filter(|p| !rejected.contains(p)).collect();
+        self.accepted = suspects.0.iter().map(|&(place, _)| place).collect();
+        for place in suspects.places(&found.rejected) {
+            self.accepted.remove(&place);
+        }
         self.noise = noise(&problem, &found);
         let solved = with_values(&part, &found.solution.values);
         carry(&mut self.graph.poses2, &solved.poses2, &self.graph.fixed);
@@ -143,7 +145,8 @@ impl Map<'_> {
         Ok(flow)
     }
 
-    /// The graph of the poses before `end`, with the closures that are possible, and the place in the whole of each edge.
+    /// The graph of the poses before `end`, with the closures that are possible, and the place in the whole of each edge: they
+    /// are the first of its constraints.
     fn part(&self, end: usize) -> (PoseGraph, Vec<usize>) {
         let known = |id: u64| self.ids.index(id).is_none_or(|rank| rank < end); // points have no rank
         let mut part = self.graph.clone();

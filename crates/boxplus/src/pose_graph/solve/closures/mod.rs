@@ -13,7 +13,7 @@ pub use pairwise::{Pairwise, Selection};
 use super::problem::{Problem, with_values};
 use super::{PoseGraphError, SolveSettings};
 use crate::graph::{
-    FactorId, Graduation, GraphError, Initial, Initialisation, Iteration, Kernel, Pace, Solution,
+    FactorId, Graduation, GraphError, Growth, Initial, Initialisation, Iteration, Kernel, Pace, Solution,
     SolveOptions, Values,
 };
 use crate::pose_graph::PoseGraph;
@@ -91,9 +91,11 @@ pub(super) fn first_estimate(
     graph: &PoseGraph,
     problem: &Problem,
     settings: &SolveSettings,
+    observer: &mut dyn FnMut(Growth) -> ControlFlow<()>,
 ) -> Result<Start, GraphError> {
-    let usual = || {
-        let initialisation = problem.factors.initialise(&problem.values, settings.initial)?;
+    let mut usual = || {
+        let initialisation =
+            problem.factors.initialise_observed(&problem.values, settings.initial, observer)?;
         Ok(Start { initialisation, untouched: false })
     };
     if settings.initial != Initial::Auto || !settings.doubts_closures() {
@@ -103,10 +105,11 @@ pub(super) fn first_estimate(
     match Problem::new(&keeping(graph, |place| !closes[place]), settings) {
         // The same vertices have the same keys.
         Ok(rest) if rest.values.total() == problem.values.total() => {
-            let initialisation = rest.factors.initialise(&problem.values, Initial::Auto)?;
-            match problem.factors.cost(&initialisation.values) {
-                Ok(_) => Ok(Start { initialisation, untouched: true }),
-                Err(_) => usual(),
+            match rest.factors.initialise(&problem.values, Initial::Auto) {
+                Ok(initialisation) if problem.factors.cost(&initialisation.values).is_ok() => {
+                    Ok(Start { initialisation, untouched: true })
+                }
+                _ => usual(),
             }
         }
         _ => usual(),
@@ -126,10 +129,8 @@ pub(super) fn search(
     let whole = with_values(graph, &start.initialisation.values); // every vertex is in it
     let closes = whole.loop_closures();
     let selected = settings.pairwise.map(|pairwise| select(&whole, settings, pairwise));
-    let dropped: Vec<usize> = match &selected {
-        Some((kept, _)) => (0..closes.len()).filter(|&k| closes[k] && !kept.contains(&k)).collect(),
-        None => vec![],
-    };
+    let (dropped, selection) = selected.unzip();
+    let dropped = dropped.unwrap_or_default();
     let kept = keeping(&whole, |place| dropped.binary_search(&place).is_err());
     let places: Vec<usize> =
         (0..closes.len()).filter(|place| dropped.binary_search(place).is_err()).collect();
@@ -152,7 +153,7 @@ pub(super) fn search(
     };
     rejected.extend(dropped);
     rejected.sort_unstable();
-    Ok(Found { solution, rejected, selection: selected.map(|(_, selection)| selection) })
+    Ok(Found { solution, rejected, selection })
 }
 
 /// Graduated non-convexity: from the map as it grew where the start is odometry, else as published.
@@ -202,20 +203,20 @@ fn switched(
     Ok((solution, suspects.places(&rejected)))
 }
 
-/// The closures that agree with each other, as places among the constraints.
-fn select(graph: &PoseGraph, settings: &SolveSettings, pairwise: Pairwise) -> (HashSet<usize>, Selection) {
+/// The closures that do not agree with the others, as places among the constraints, in increasing order.
+fn select(graph: &PoseGraph, settings: &SolveSettings, pairwise: Pairwise) -> (Vec<usize>, Selection) {
     let ids = Ids::new(graph.poses2.iter().map(|v| v.id).chain(graph.poses3.iter().map(|v| v.id)));
     let flat = Track::new(&graph.edges2, 0, &ids, settings.indefinite);
     let spatial = Track::new(&graph.edges3, graph.edges2.len(), &ids, settings.indefinite);
-    let (mut kept, flat) = pairwise::select(&flat, ids.len(), pairwise);
+    let (mut dropped, flat) = pairwise::select(&flat, ids.len(), pairwise);
     let (more, spatial) = pairwise::select(&spatial, ids.len(), pairwise);
-    kept.extend(more);
+    dropped.extend(more); // edges in space come after those in the plane
     let selection = Selection {
         closures: flat.closures + spatial.closures,
         kept: flat.kept + spatial.kept,
         is_largest: flat.is_largest && spatial.is_largest,
     };
-    (kept.into_iter().collect(), selection)
+    (dropped, selection)
 }
 
 /// The graph with those of its edges between poses, by their places among the constraints, that are to be kept.

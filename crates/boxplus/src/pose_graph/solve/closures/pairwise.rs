@@ -43,7 +43,7 @@ pub struct Selection {
     pub is_largest: bool,
 }
 
-/// The places of the loops kept, in increasing order, and what is to be said of them.
+/// The places of the loops that do not agree, in increasing order, and what is to be said of the others.
 pub(super) fn select<G: LieGroup<D, Scalar = f64>, const D: usize>(
     track: &Track<G, D>,
     count: usize,
@@ -61,10 +61,10 @@ pub(super) fn select<G: LieGroup<D, Scalar = f64>, const D: usize>(
         }
     }
     let clique = consistency.clique(settings.effort);
-    let kept: Vec<usize> = clique.members.iter().map(|&k| track.loops[k].place).collect();
-    let selection =
-        Selection { closures: track.loops.len(), kept: kept.len(), is_largest: clique.is_largest };
-    (kept, selection)
+    let agrees = |k: &usize| clique.members.binary_search(k).is_ok();
+    let dropped = (0..track.loops.len()).filter(|k| !agrees(k)).map(|k| track.loops[k].place).collect();
+    let kept = clique.members.len();
+    (dropped, Selection { closures: track.loops.len(), kept, is_largest: clique.is_largest })
 }
 
 /// d² of two closures; none where odometry does not join their ends.
