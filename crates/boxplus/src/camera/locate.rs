@@ -220,13 +220,11 @@ pub fn locate_camera<C: Camera<2, P, Scalar = f64>, const P: usize>(
     let unseen = |(index, (l, _)): (usize, &(Vector3<f64>, _))| {
         camera.sees(&pose.act_inverse(l)).err().map(|unseen| LocateError::Unseen { index, unseen })
     };
-    match seen.iter().enumerate().find_map(unseen) {
-        Some(error) => Err(error),
-        None => {
-            let covariance = Covariance::from_information(&(model.hessian / (sigma * sigma)))?;
-            Ok(Located { estimate: Gaussian::new(pose, covariance), rms: model.rms(seen.len()) })
-        }
+    if let Some(error) = seen.iter().enumerate().find_map(unseen) {
+        return Err(error);
     }
+    let covariance = Covariance::from_information(&(model.hessian / (sigma * sigma)))?;
+    Ok(Located { estimate: Gaussian::new(pose, covariance), rms: model.rms(seen.len()) })
 }
 
 /// The pose of three points that costs least over all.

@@ -9,7 +9,7 @@ use crate::camera::{Camera, DoubleSphere, KannalaBrandt, Pinhole, Projective, Sn
 use crate::lie::{
     Action, LieGroup, R3xSO3, Real, Rn, RxSO2, RxSO3, S2, S3, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3,
 };
-use crate::trajectory::ImuBias;
+use crate::trajectory::{ImuBias, Moving};
 
 /// A variable of the graph: a point of a manifold with tangent space ℝᴰ, moved by X ⊞ δ on the local side.
 ///
@@ -83,6 +83,8 @@ impl<const R: usize, const D: usize> JacobianBlock for SMatrix<f64, R, D> {
 pub trait GroupVariable<const D: usize>: Variable + LieGroup<D, Scalar = f64> {
     /// The same element, seen as a group.
     fn group<S: Real>(x: &<Self as Variable>::Over<S>) -> <Self as LieGroup<D>>::Over<S>;
+    /// The same element, seen as a variable.
+    fn variable<S: Real>(x: &<Self as LieGroup<D>>::Over<S>) -> <Self as Variable>::Over<S>;
     /// The same matrix, seen as a Jacobian by this variable.
     fn jacobian<const R: usize>(matrix: SMatrix<f64, R, D>) -> Self::Jacobian<R>;
 }
@@ -171,6 +173,9 @@ macro_rules! variable {
         $crate::variable!($(const $n,)? $type, $over, $dim, $name, $coordinates $(, $pose)?);
         impl $(<const $n: usize>)? $crate::graph::GroupVariable<{ $dim }> for $type {
             fn group<S: $crate::lie::Real>(x: &$over) -> $over {
+                *x
+            }
+            fn variable<S: $crate::lie::Real>(x: &$over) -> $over {
                 *x
             }
             fn jacobian<const R: usize>(
@@ -323,6 +328,46 @@ impl<const N: usize> Located<N> for Rn<N> {
 }
 
 variable!(group ImuBias, ImuBias<S>, 6, "bias", &["gyroscope x", "gyroscope y", "gyroscope z", "accelerometer x", "accelerometer y", "accelerometer z"]);
+
+// Of another number of parameters than the macro knows. Holding one would hold its velocity, too: no POSE.
+impl<G: GroupVariable<D>, const D: usize, const R: usize, const N: usize> Variable for Moving<G, D, R, N> {
+    const DIM: usize = N;
+    const NAME: &'static str = "moving element";
+    const COORDINATES: &'static [&'static str] = G::COORDINATES;
+    type Jacobian<const K: usize> = SMatrix<f64, K, N>;
+    type Over<S: Real> = Moving<<G as LieGroup<D>>::Over<S>, D, R, N>;
+
+    fn retract(&self, delta: &[f64]) -> Self {
+        self.rplus(&SVector::from_column_slice(delta))
+    }
+    fn constant<S: Real>(&self) -> <Self as Variable>::Over<S> {
+        LieGroup::map(self, S::lit)
+    }
+    fn perturb<S: Real>(&self, delta: &[S]) -> <Self as Variable>::Over<S> {
+        LieGroup::map(self, S::lit).rplus(&SVector::from_column_slice(delta))
+    }
+    fn derivative<const K: usize>(residual: &impl TangentResidual<K>) -> SMatrix<f64, K, N> {
+        derivative(residual)
+    }
+    fn is_finite(&self) -> bool {
+        self.value().is_finite()
+            && self.motion().velocity.iter().chain(&self.motion().acceleration).all(|x| x.is_finite())
+    }
+}
+
+impl<G: GroupVariable<D>, const D: usize, const R: usize, const N: usize> GroupVariable<N>
+    for Moving<G, D, R, N>
+{
+    fn group<S: Real>(x: &<Self as Variable>::Over<S>) -> <Self as LieGroup<N>>::Over<S> {
+        *x
+    }
+    fn variable<S: Real>(x: &<Self as LieGroup<N>>::Over<S>) -> <Self as Variable>::Over<S> {
+        *x
+    }
+    fn jacobian<const K: usize>(matrix: SMatrix<f64, K, N>) -> SMatrix<f64, K, N> {
+        matrix
+    }
+}
 
 macro_rules! carries {
     ($($pose:ident $n:literal),+) => {

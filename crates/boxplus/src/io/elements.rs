@@ -122,7 +122,7 @@ fn rotation_of(theta: f64) -> SO2 {
 }
 
 /// The rotation of a quaternion, and the norm it had. A unit quaternion keeps every bit.
-fn rotation3(xyzw: [f64; 4]) -> Result<(SO3, f64), LieError> {
+pub(super) fn rotation3(xyzw: [f64; 4]) -> Result<(SO3, f64), LieError> {
     let norm2: f64 = xyzw.iter().map(|q| q * q).sum();
     if (norm2 - 1.0).abs() > UNIT {
         return Ok((SO3::from_xyzw(xyzw)?, norm2.sqrt()));

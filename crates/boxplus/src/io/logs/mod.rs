@@ -11,6 +11,7 @@ pub use mrclam::{
 pub use stamp::Stamp;
 pub use table::{Layout, Unit, read_log};
 
+use super::elements::rotation3;
 use super::error::{IoError, IoErrorKind};
 use crate::lie::{SE3, SE23, SO3};
 use crate::recording::{ImuReading, Log, NavigationState, Stamped};
@@ -18,9 +19,9 @@ use core::fmt::Write as _;
 use nalgebra::Vector3;
 use table::Unit::{Any, Force, Quaternion, Rate};
 
-/// The rotation of a quaternion of about unit norm.
-fn rotation(quaternion: Result<SO3, crate::lie::LieError>) -> Result<SO3, IoErrorKind> {
-    quaternion.map_err(|_| IoErrorKind::ZeroQuaternion)
+/// The rotation of a quaternion of about unit norm; one of unit norm keeps every bit.
+fn rotation(xyzw: [f64; 4]) -> Result<SO3, IoErrorKind> {
+    rotation3(xyzw).map(|(rotation, _)| rotation).map_err(|_| IoErrorKind::ZeroQuaternion)
 }
 
 /// Three numbers from place `i` on.
@@ -51,7 +52,7 @@ pub fn read_tum(bytes: &[u8], name: &str) -> Result<Log<SE3>, IoError> {
     };
     read_log(bytes, name, &layout, |row| {
         let [_, _, _, x, y, z, w] = row;
-        Ok(SE3::new(rotation(SO3::from_xyzw([x, y, z, w]))?, vector(&row, 0)))
+        Ok(SE3::new(rotation([x, y, z, w])?, vector(&row, 0)))
     })
 }
 
@@ -104,7 +105,7 @@ pub fn read_euroc_states(bytes: &[u8], name: &str) -> Result<Log<NavigationState
         ],
     };
     read_log(bytes, name, &layout, |row| {
-        let turned = rotation(SO3::from_wxyz([row[3], row[4], row[5], row[6]]))?;
+        let turned = rotation([row[4], row[5], row[6], row[3]])?;
         Ok(NavigationState {
             motion: SE23::new(turned, vector(&row, 0), vector(&row, 7)),
             gyroscope_bias: vector(&row, 10),
