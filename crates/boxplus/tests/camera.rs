@@ -284,6 +284,7 @@ fn three_points_tell_at_most_four_poses_and_the_truth_is_among_them() {
 
 #[test]
 fn a_camera_is_found_from_its_points_and_its_covariance_is_that_of_many_trials() {
+    const TRIALS: usize = 2000;
     let camera = Pinhole { distortion: [-0.2, 0.05, 1e-3, -5e-4, 0.0], ..PINHOLE };
     let truth = SE3::exp(&vector![0.3, -0.2, 0.1, 0.2, 0.4, -0.1]);
     let exact = locate_camera(&camera, &sightings(&truth, 0.0), 0.5).unwrap();
@@ -294,7 +295,6 @@ fn a_camera_is_found_from_its_points_and_its_covariance_is_that_of_many_trials()
         state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         ((state >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
     };
-    const TRIALS: usize = 2000;
     for _ in 0..TRIALS {
         let mut seen = sightings(&truth, 0.0);
         for (_, pixel) in &mut seen {

@@ -43,6 +43,7 @@ mod set;
 #[cfg(feature = "rand")]
 mod simulations;
 mod solve;
+mod together;
 mod values;
 mod variable;
 
@@ -74,6 +75,7 @@ pub use solve::{
     Algorithm, Graduated, GraduatedLoss, Graduation, Iteration, Seconds, Solution, SolveOptions, SolveReport,
     Termination,
 };
+pub use together::FactorBatch;
 pub use values::{Key, Values, VariableId};
 pub use variable::{
     CameraVariable, Carries, GroupVariable, JacobianBlock, Located, PointVariable, TangentResidual, Variable,
@@ -289,7 +291,7 @@ impl Graph {
     /// The factors all of whose variables are known.
     fn part(&self, knows: impl Fn(VariableId) -> bool) -> Self {
         let part = |set: &dyn AnySet| {
-            let kinds: Vec<_> = set.kinds().iter().map(|kind| kind()).collect();
+            let kinds = set.kinds();
             let id = |(&kind, &slot)| VariableId { kind, slot };
             set.part(&|factor| kinds.iter().zip(set.slots(factor)).map(id).all(&knows))
         };
@@ -335,12 +337,12 @@ impl Graph {
             if let Some(kernel) = set.invalid_kernel() {
                 return Err(GraphError::InvalidKernel { kernel });
             }
-            for (place, (kind, name)) in set.kinds().iter().zip(set.kind_names()).enumerate() {
-                let state_of = values.states(kind());
+            for (place, (kind, &name)) in set.kinds().into_iter().zip(set.kind_names()).enumerate() {
+                let state_of = values.states(kind);
                 for slot in (0..set.len()).map(|factor| set.slots(factor)[place]) {
                     match state_of(slot) {
                         Some(State::Finite) => {}
-                        Some(state) => drop(states.insert(VariableId { kind: kind(), slot }, state)),
+                        Some(state) => drop(states.insert(VariableId { kind, slot }, state)),
                         None => return Err(GraphError::ForeignKey { kind: name, number: slot }),
                     }
                 }

@@ -10,5 +10,6 @@ mod faults;
 mod inertial;
 mod landmarks;
 mod solve;
+mod together;
 mod uncertainty;
 mod world;
