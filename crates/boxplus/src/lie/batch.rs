@@ -245,14 +245,13 @@ where
                 for (k, sum) in sums.iter_mut().enumerate() {
                     *sum = R::put(&<O as Operation<W>>::apply(I::wide(&inputs, k)), &mut results, k);
                 }
-                for (k, out) in out.iter_mut().enumerate() {
-                    *out = R::join(&results, k);
-                }
             }
             for (k, (out, sum)) in out.iter_mut().zip(sums).enumerate() {
-                if sum.value().is_nan() {
-                    *out = <O as Operation<G>>::apply(I::at(self.input, start + k));
-                }
+                *out = if sum.value().is_nan() {
+                    <O as Operation<G>>::apply(I::at(self.input, start + k))
+                } else {
+                    R::join(&results, k)
+                };
             }
         }
     }
