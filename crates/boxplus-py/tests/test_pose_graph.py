@@ -145,7 +145,7 @@ def test_settings_are_checked_by_name() -> None:
     assert graph.solve(threads=1).cost == graph.solve(threads=2).cost
     for algorithm in ("levenberg_marquardt", "gauss_newton", "dogleg"):
         assert_allclose(graph.solve(algorithm=algorithm).cost, graph.solve().cost, rtol=1e-9)
-    with pytest.raises(ValueError, match='initial is one of auto, as_given, spanning_tree, chordal, not "best"'):
+    with pytest.raises(ValueError, match='initial is one of auto, as_given, spanning_tree, chordal, grown, not "best"'):
         graph.solve(initial="best")  # type: ignore[arg-type]  # pyright: ignore
     with pytest.raises(ValueError, match='no setting is called "iterations"'):
         graph.solve(iterations=5)  # type: ignore[call-arg]  # pyright: ignore

@@ -1,5 +1,9 @@
 //! Bundle adjustment on worlds whose truth is known, and on public problems.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a test fails by panicking, and says what it skips"
+)]
 
 mod public_data;
 
@@ -15,8 +19,8 @@ use flate2::{Compression, write::GzEncoder};
 use nalgebra::{Vector3, vector};
 use std::io::Write;
 
-fn world(world: World, options: Options) -> (Bundle, Bundle) {
-    let simulated = world.simulate(&options).unwrap();
+fn world(world: World, options: &Options) -> (Bundle, Bundle) {
+    let simulated = world.simulate(options).unwrap();
     (simulated.bundle, simulated.truth)
 }
 
@@ -28,11 +32,11 @@ fn small() -> Options {
 #[test]
 fn residuals_at_the_optimum_are_the_noise_less_what_the_unknowns_take() {
     for kind in World::ALL {
-        let (bundle, truth) = world(kind, small());
+        let (bundle, truth) = world(kind, &small());
         let solved = solve(&bundle, &Settings::default()).unwrap();
         assert!(solved.report.converged(), "{kind}: {:?}", solved.report.termination);
         let numbers = 2.0 * bundle.observations.len() as f64;
-        let unknowns = (9 * 24 + 3 * 600 - 7) as f64;
+        let unknowns = f64::from(9 * 24 + 3 * 600 - 7);
         let (chi2, expected) = (2.0 * solved.cost / 0.25, numbers - unknowns); // σ = ½ pixel
         let spread = (2.0 * expected).sqrt();
         assert!((chi2 - expected).abs() < 4.0 * spread, "{kind}: χ² {chi2}, expected {expected} ± {spread}");
@@ -46,7 +50,7 @@ fn residuals_at_the_optimum_are_the_noise_less_what_the_unknowns_take() {
 #[test]
 fn without_noise_the_truth_is_found_but_for_the_gauge() {
     for intrinsics in [Intrinsics::Own, Intrinsics::Known] {
-        let (mut bundle, truth) = world(World::Ring, Options { sigma: 0.0, ..small() });
+        let (mut bundle, truth) = world(World::Ring, &Options { sigma: 0.0, ..small() });
         for (view, known) in bundle.views.iter_mut().zip(&truth.views) {
             view.camera = known.camera;
         }
@@ -66,7 +70,7 @@ fn without_noise_the_truth_is_found_but_for_the_gauge() {
 
 #[test]
 fn shared_intrinsics_are_one_camera() {
-    let (mut bundle, _) = world(World::Street, small());
+    let (mut bundle, _) = world(World::Street, &small());
     let camera = bundle.views[0].camera;
     let shared = boxplus::camera::Snavely { focal: 810.0, distortion: [-0.05, 0.01] };
     for o in &mut bundle.observations {
@@ -83,7 +87,7 @@ fn shared_intrinsics_are_one_camera() {
 
 #[test]
 fn the_result_stands_where_the_start_stood_and_images_do_not_move_with_the_world() {
-    let (bundle, _) = world(World::Ring, small());
+    let (bundle, _) = world(World::Ring, &small());
     let solved = solve(&bundle, &Settings::default()).unwrap();
     assert_eq!((solved.gauge.free, solved.gauge.anchors.len()), (7, 1));
     let anchor = solved.gauge.anchors[0];
@@ -109,7 +113,7 @@ fn the_result_stands_where_the_start_stood_and_images_do_not_move_with_the_world
 
 #[test]
 fn held_views_stay_and_leave_only_the_scale_or_nothing() {
-    let (bundle, _) = world(World::Street, small());
+    let (bundle, _) = world(World::Street, &small());
     let free = |fixed: &[usize]| {
         let solved = solve(&bundle, &Settings { fixed: fixed.to_vec(), ..Settings::default() }).unwrap();
         assert!(fixed.iter().all(|&i| solved.bundle.views[i] == bundle.views[i]), "{fixed:?}");
@@ -123,7 +127,7 @@ fn held_views_stay_and_leave_only_the_scale_or_nothing() {
 #[test]
 fn a_robust_kernel_finds_the_truth_among_outliers() {
     let options = Options { outliers: 0.05, ..small() };
-    let (bundle, truth) = world(World::Ring, options);
+    let (bundle, truth) = world(World::Ring, &options);
     let settings = Settings { kernel: Kernel::Cauchy(1.0), ..Settings::default() };
     let solved = solve(&bundle, &settings).unwrap();
     let good = |bundle: &Bundle| {
@@ -143,7 +147,7 @@ fn a_robust_kernel_finds_the_truth_among_outliers() {
 
 #[test]
 fn every_fault_is_found_counted_and_told() {
-    let (mut bundle, _) = world(World::Ring, Options { views: 6, points: 40, ..Options::default() });
+    let (mut bundle, _) = world(World::Ring, &Options { views: 6, points: 40, ..Options::default() });
     assert!(bundle.faults().is_empty(), "{:?}", bundle.faults());
     let seen = |view, point, line| Observation { view, point, pixel: vector![1.0, 2.0], line: Line(line) };
     let again = bundle.observations[0];
@@ -171,7 +175,7 @@ fn every_fault_is_found_counted_and_told() {
 
 #[test]
 fn points_behind_cameras_are_counted_and_left_out_only_if_asked() {
-    let (mut bundle, _) = world(World::Street, small());
+    let (mut bundle, _) = world(World::Street, &small());
     let (view, observation) = (bundle.views[0], bundle.observations[0]);
     let behind = view.world_from_camera.act(&vector![0.1, 0.1, 5.0]);
     bundle.points.push(behind);
@@ -183,7 +187,7 @@ fn points_behind_cameras_are_counted_and_left_out_only_if_asked() {
     assert_eq!((kept.unseen_before, kept.used), (1, all));
     let left = solve(&bundle, &Settings { behind: Behind::LeaveOut, ..Settings::default() }).unwrap();
     assert_eq!((left.used, left.squared.len()), (all - 1, all));
-    assert_eq!(left.bundle.points[600], left.bundle.points[600]);
+    assert_eq!(left.bundle.points[600], bundle.points[600]);
 }
 
 #[test]
@@ -203,7 +207,7 @@ fn options_out_of_range_are_refused() {
 
 #[test]
 fn what_is_written_reads_back_plain_and_packed() {
-    let (_, truth) = world(World::City, small());
+    let (_, truth) = world(World::City, &small());
     let text = bal::write(&truth).unwrap();
     assert!(bal::looks_like(text.as_bytes()));
     let mut gzip = GzEncoder::new(vec![], Compression::fast());
@@ -245,7 +249,7 @@ fn malformed_files_are_refused_with_the_line() {
 /// A point lands on its pixel by COLMAP's own formula, and PLY reads back.
 #[test]
 fn reconstructions_for_other_programs_say_the_same() {
-    let (_, truth) = world(World::Ring, Options { sigma: 0.0, ..small() });
+    let (_, truth) = world(World::Ring, &Options { sigma: 0.0, ..small() });
     let ply = cloud::read(&bal::write_ply(&truth).unwrap(), "ring.ply", None).unwrap();
     assert_eq!(ply.points[..600], truth.points[..]);
     assert_eq!(ply.points.len(), 600 + 24);

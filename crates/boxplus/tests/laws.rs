@@ -2,6 +2,7 @@
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use boxplus::lie::{LieGroup, Rn, RxSO2, RxSO3, S3, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3, laws};
+use boxplus::trajectory::Moving;
 
 macro_rules! laws {
     ($($name:ident: $group:ty, $d:literal, $n:literal;)*) => { $(
@@ -44,6 +45,14 @@ laws! {
     s3: S3, 3, 3;
     rxso3: RxSO3, 4, 3;
     rxso2: RxSO2, 2, 2;
+}
+
+#[test]
+fn elements_with_their_rates_are_a_group() {
+    laws::check_group::<Moving<SO2, 1, 2, 2>, 2>().unwrap();
+    laws::check_group::<Moving<SE2, 3, 3, 9>, 9>().unwrap();
+    laws::check_group::<Moving<SO3<f32>, 3, 2, 6>, 6>().unwrap();
+    laws::check_group::<Moving<SE3, 6, 3, 18>, 18>().unwrap();
 }
 
 #[test]

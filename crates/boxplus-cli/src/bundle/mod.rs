@@ -14,7 +14,7 @@ use boxplus::graph::{SolveOptions, Termination};
 use boxplus::io::{self, WriteError, bal};
 
 use crate::args::{Global, Method, Solve};
-use crate::choices::{Behind, Chart, Indefinite, Init, Intrinsics};
+use crate::choices::{Behind, Chart, Indefinite, Init, Intrinsics, Robust};
 use crate::error::{Error, Outcome};
 use crate::excerpt::Excerpt;
 use crate::input::LoadedBundle;
@@ -100,7 +100,7 @@ fn refuse_what_is_for_graphs(options: &Solve) -> Result<(), Error> {
         ("--information", method.information != Indefinite::Reject),
         (
             "--robust with a search for false closures",
-            method.robust.as_ref().is_some_and(super::choices::Robust::doubts_closures),
+            method.robust.as_ref().is_some_and(Robust::doubts_closures),
         ),
     ];
     match given.iter().find(|(_, given)| *given) {

@@ -3,6 +3,7 @@
 use super::Kernel;
 use super::diagnose::Unconstrained;
 use super::names::{FactorName, VariableName};
+use crate::trajectory::TrajectoryError;
 
 /// Why a graph cannot be solved, or a matrix cannot be a noise.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -37,6 +38,14 @@ pub enum GraphError {
     ResidualNotFinite {
         /// The first such factor.
         factor: FactorName,
+    },
+    /// Factors that are computed together do not read variables of the same kinds, or not equally many.
+    #[error(
+        "the variables of {factors} factors must come as one to four columns, each of one kind and {factors} long"
+    )]
+    UnevenBatch {
+        /// How many factors have a noise.
+        factors: usize,
     },
     /// A matrix holds NaN or infinity.
     #[error("the matrix holds a number that is not finite")]
@@ -81,6 +90,9 @@ pub enum GraphError {
         /// The first such kernel.
         kernel: Kernel,
     },
+    /// A time outside the trajectory, or states between which none leads.
+    #[error(transparent)]
+    Trajectory(#[from] TrajectoryError),
     /// Memory for the factorisation could not be had.
     #[error(
         "not enough memory to factorise the normal equations; the graph is too dense for a direct method"

@@ -44,7 +44,7 @@ pub trait Factor<const R: usize>: Clone + Send + Sync + 'static {
     /// Whether it measures its variables against each other only, so that moving all of them together, as one rigid
     /// world, changes nothing. Where all factors of a connected part are such, one of its variables is held.
     const RELATIVE: bool = false;
-    /// The variables it reads, as a tuple of one to four.
+    /// The variables it reads, as a tuple of one to five.
     type Variables: Variables;
 
     /// The residual, not whitened, in the units of the measurement.
@@ -89,13 +89,13 @@ impl<const R: usize, F: Factor<R>> TangentResidual<R> for Along<'_, F, F::Variab
     }
 }
 
-/// Most variables one factor reads.
-pub const MAX_ARITY: usize = 4;
+/// Most variables one factor reads: the four knots of a cubic spline, and what is seen from there.
+pub const MAX_ARITY: usize = 5;
 
 /// Slots of a factor's variables in their stores; the unused ones are zero.
 pub(crate) type Slots = [u32; MAX_ARITY];
 
-/// A tuple of one to four [`Variable`]s.
+/// A tuple of one to five [`Variable`]s.
 pub trait Variables: Copy + Send + Sync + 'static {
     /// Tangent dimension of each.
     const DIMS: &'static [usize];
@@ -192,6 +192,7 @@ variables!(A a 0);
 variables!(A a 0, B b 1);
 variables!(A a 0, B b 1, C c 2);
 variables!(A a 0, B b 1, C c 2, D d 3);
+variables!(A a 0, B b 1, C c 2, D d 3, E e 4);
 
 /// (U·J)ᵀ for an upper triangular U: D×R, so that all later loops run along contiguous columns.
 #[inline]

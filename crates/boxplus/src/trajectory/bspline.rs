@@ -80,8 +80,7 @@ impl<'a, G: LieGroup<D>, const D: usize, const K: usize> BSpline<'a, G, D, K> {
     /// [`TrajectoryError::OutOfRange`].
     pub fn at(&self, t: G::Scalar) -> Result<Motion<G, D>, TrajectoryError> {
         let (i, u) = self.locate(t)?;
-        let controls = self.local(i);
-        Ok(chain::motion(controls[0], &self.links(&controls, u)[1..]))
+        Ok(segment(&self.local(i), u, self.rate()))
     }
 
     /// X(t) with its rates: `(motion, i, d_motion_d_control)`, the latter in control elements i, …, i + K − 1; no other acts
@@ -91,15 +90,7 @@ impl<'a, G: LieGroup<D>, const D: usize, const K: usize> BSpline<'a, G, D, K> {
     /// [`TrajectoryError::OutOfRange`].
     pub fn at_jac(&self, t: G::Scalar) -> Result<SplineJac<G, D, K>, TrajectoryError> {
         let (i, u) = self.locate(t)?;
-        let controls = self.local(i);
-        let (motion, d_base, d_links) = chain::motion_jac(controls[0], &self.links(&controls, u), 1);
-        let mut jacobians = [MotionJac::zero(); K];
-        jacobians[0].value = d_base;
-        for j in 1..K {
-            let (_, d_to, d_from) = controls[j].rminus_jac(controls[j - 1]);
-            jacobians[j].add(&d_links[j].chained(&d_to));
-            jacobians[j - 1].add(&d_links[j].chained(&d_from));
-        }
+        let (motion, jacobians) = segment_jac(&self.local(i), u, self.rate());
         Ok((motion, i, jacobians))
     }
 
@@ -119,14 +110,48 @@ impl<'a, G: LieGroup<D>, const D: usize, const K: usize> BSpline<'a, G, D, K> {
         core::array::from_fn(|j| &self.controls[i + j])
     }
 
-    /// d_j and λ_j with its derivatives in time. The first stands for X_i itself and is left out of the chain.
-    fn links(&self, controls: &[&G; K], u: G::Scalar) -> [Link<G::Scalar, D>; K] {
-        let rate = G::Scalar::lit(1.0) / self.interval;
-        core::array::from_fn(|j| {
-            let before = controls[j.saturating_sub(1)];
-            Link { direction: controls[j].rminus(before), weights: weight::<G::Scalar, K>(j, u, rate) }
-        })
+    /// Intervals per unit of time.
+    fn rate(&self) -> G::Scalar {
+        G::Scalar::lit(1.0) / self.interval
     }
+}
+
+/// The motion at the place u ∈ \[0, 1\] of an interval, of which `rate` pass per unit of time.
+pub(crate) fn segment<G: LieGroup<D>, const D: usize, const K: usize>(
+    controls: &[&G; K],
+    u: G::Scalar,
+    rate: G::Scalar,
+) -> Motion<G, D> {
+    chain::motion(controls[0], &links(controls, u, rate)[1..])
+}
+
+/// [`segment`] with its derivatives in the control elements.
+pub(crate) fn segment_jac<G: LieGroup<D>, const D: usize, const K: usize>(
+    controls: &[&G; K],
+    u: G::Scalar,
+    rate: G::Scalar,
+) -> (Motion<G, D>, [MotionJac<G::Scalar, D>; K]) {
+    let (motion, d_base, d_links) = chain::motion_jac(controls[0], &links(controls, u, rate), 1);
+    let mut jacobians = [MotionJac::zero(); K];
+    jacobians[0].value = d_base;
+    for j in 1..K {
+        let (_, d_to, d_from) = controls[j].rminus_jac(controls[j - 1]);
+        jacobians[j].add(&d_links[j].chained(&d_to));
+        jacobians[j - 1].add(&d_links[j].chained(&d_from));
+    }
+    (motion, jacobians)
+}
+
+/// d_j and λ_j with its derivatives in time. The first stands for X_i itself and is left out of the chain.
+fn links<G: LieGroup<D>, const D: usize, const K: usize>(
+    controls: &[&G; K],
+    u: G::Scalar,
+    rate: G::Scalar,
+) -> [Link<G::Scalar, D>; K] {
+    core::array::from_fn(|j| {
+        let before = controls[j.saturating_sub(1)];
+        Link { direction: controls[j].rminus(before), weights: weight::<G::Scalar, K>(j, u, rate) }
+    })
 }
 
 /// A motion, the index of the first control element that acts, and derivatives in the K that do.

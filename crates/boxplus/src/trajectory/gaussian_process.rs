@@ -7,6 +7,7 @@
 //! ends     γ_k = (0, ω_k, ω̇_k),   γ_{k+1} = (ξ₁, J_r⁻¹(ξ₁)ω_{k+1}, …),   ξ₁ = X_{k+1} ⊖ X_k
 //! error    e = γ_{k+1} − Φ(Δ)γ_k ~ N(0, Q(Δ) ⊗ Q_c)
 //! query    γ(t) = Λ·γ_k + Ψ·γ_{k+1}      Ψ = Q(t)·Φ(Δ − t)ᵀ·Q(Δ)⁻¹      Λ = Φ(t) − Ψ·Φ(Δ)
+//!          γ(t) given both ends ~ N(·, (Q(t) − Ψ·Q(Δ)·Ψᵀ) ⊗ Q_c)
 //! ```
 //! Anderson & Barfoot (2015), Tang et al. (2019), Barfoot (2024) §11, in our local convention: theirs are ξ = Log(X·X_k⁻¹)
 //! with J_l⁻¹. Where they take ξ̈ ≈ J_r⁻¹ω̇ + ½ad(J_r⁻¹ω)·ω, here it is exact, J_r⁻¹(ω̇ − (d/dt J_r)ξ̇).
@@ -63,6 +64,19 @@ pub fn gp_interpolation<S: Real, const R: usize>(duration: S, t: S) -> (SMatrix<
     (gp_transition(t) - psi * gp_transition(duration), psi)
 }
 
+/// t²ᴿ⁻¹(Δ − t)²ᴿ⁻¹/((2R − 1)·(R − 1)!²·Δ²ᴿ⁻¹) (⊗ Q_c): the variance of ξ at t ∈ \[0, Δ\] that the prior leaves when both ends are known, the
+/// first entry of Q(t) − Ψ·Q(Δ)·Ψᵀ without its cancellation; R = 1 is the Brownian bridge.
+///
+/// ```
+/// use boxplus::trajectory::gp_bridge;
+/// assert!((gp_bridge::<f64, 2>(2.0, 1.0) - 1.0 / 24.0).abs() < 1e-16);
+/// ```
+pub fn gp_bridge<S: Real, const R: usize>(duration: S, t: S) -> S {
+    let n = 2 * R - 1;
+    let size = n as f64 * factorial(R - 1) * factorial(R - 1);
+    power(t * (duration - t) / duration, n) * S::lit(1.0 / size)
+}
+
 /// Two states of a trajectory with a prior of order R between them: R = 2 for WNOA, R = 3 for WNOJ.
 ///
 /// WNOA reads value and velocity of its ends, WNOJ their accelerations, too. Weigh [`GaussianProcess::error`] with
@@ -95,7 +109,6 @@ impl<G: LieGroup<D>, const D: usize, const R: usize> GaussianProcess<G, D, R> {
     /// [`TrajectoryError::NotADuration`], [`TrajectoryError::NotFinite`] (what is read of the first state, 0, or the second, 1), or
     /// [`TrajectoryError::Ambiguous`] where the states are half a turn apart.
     pub fn new(from: Motion<G, D>, to: Motion<G, D>, duration: G::Scalar) -> Result<Self, TrajectoryError> {
-        const { assert!(R == 2 || R == 3, "2: white noise on acceleration, 3: on jerk") };
         check_duration(duration)?;
         check_ways(&[from.value, to.value])?;
         for (index, state) in [&from, &to].into_iter().enumerate() {
@@ -104,8 +117,14 @@ impl<G: LieGroup<D>, const D: usize, const R: usize> GaussianProcess<G, D, R> {
                 check_finite(&state.acceleration, index)?;
             }
         }
+        Ok(Self::unchecked(from, to, duration))
+    }
+
+    /// The same where the duration is known to be one; of states half a turn apart, one of the two ways.
+    pub(crate) fn unchecked(from: Motion<G, D>, to: Motion<G, D>, duration: G::Scalar) -> Self {
+        const { assert!(R == 2 || R == 3, "2: white noise on acceleration, 3: on jerk") };
         let relative = Motion { value: from.value.between(&to.value), ..to };
-        Ok(Self { from, duration, arrival: relative.coordinates() })
+        Self { from, duration, arrival: relative.coordinates() }
     }
 
     /// e = γ_{k+1} − Φ(Δ)γ_k: R blocks, of ξ, ξ̇, ….
@@ -120,8 +139,43 @@ impl<G: LieGroup<D>, const D: usize, const R: usize> GaussianProcess<G, D, R> {
     /// # Errors
     /// [`TrajectoryError::OutOfRange`].
     pub fn at(&self, t: G::Scalar) -> Result<Motion<G, D>, TrajectoryError> {
-        let relative = Motion::<G, D>::from_coordinates(&self.mean(t)?);
-        Ok(Motion { value: self.from.value.compose(&relative.value), ..relative })
+        self.check_time(t)?;
+        Ok(self.query(t))
+    }
+
+    /// X(t) alone, for a time that is known to lie between the states.
+    #[cfg(feature = "solve")]
+    pub(crate) fn value_at(&self, t: G::Scalar) -> G {
+        self.from.value.rplus(&self.mean(t)[0])
+    }
+
+    /// [`GaussianProcess::at`] for a time that is known to lie between the states.
+    fn query(&self, t: G::Scalar) -> Motion<G, D> {
+        let relative = Motion::<G, D>::from_coordinates(&self.mean(t));
+        Motion { value: self.from.value.compose(&relative.value), ..relative }
+    }
+
+    /// The covariance of X(t), local, that the prior of density Q_c leaves when both states are known: c·J_r(ξ)·Q_c·J_r(ξ)ᵀ with c of [`gp_bridge`].
+    ///
+    /// # Errors
+    /// [`TrajectoryError::OutOfRange`].
+    pub fn noise_at(
+        &self,
+        t: G::Scalar,
+        density: &Jacobian<G::Scalar, D>,
+    ) -> Result<Jacobian<G::Scalar, D>, TrajectoryError> {
+        self.check_time(t)?;
+        let right = G::right_jacobian(&self.mean(t)[0]);
+        Ok(right * density * right.transpose() * gp_bridge::<G::Scalar, R>(self.duration, t))
+    }
+
+    fn check_time(&self, t: G::Scalar) -> Result<(), TrajectoryError> {
+        let (time, end) = (t.value(), self.duration.value());
+        if time >= 0.0 && time <= end {
+            Ok(())
+        } else {
+            Err(TrajectoryError::OutOfRange { time, start: 0.0, end })
+        }
     }
 
     /// γ_k.
@@ -130,35 +184,30 @@ impl<G: LieGroup<D>, const D: usize, const R: usize> GaussianProcess<G, D, R> {
     }
 
     /// ξ, ξ̇, ξ̈, ξ⃛ at t.
-    fn mean(&self, t: G::Scalar) -> Result<[Tangent<G::Scalar, D>; 4], TrajectoryError> {
-        let rows = self.rows(t)?;
+    fn mean(&self, t: G::Scalar) -> [Tangent<G::Scalar, D>; 4] {
         let start = self.departure();
-        Ok(rows.map(|(lambda, psi)| {
+        self.rows(t).map(|(lambda, psi)| {
             let mut sum = Tangent::<G::Scalar, D>::zeros();
             for j in 0..R {
                 sum += start[j] * lambda[j] + self.arrival[j] * psi[j];
             }
             sum
-        }))
+        })
     }
 
     /// The rows of (Λ, Ψ) that give ξ and its derivatives. Beyond the state, ξ⁽ᴿ⁾ is the mean of the noise, the last row of
     /// Φ(Δ − t)ᵀQ(Δ)⁻¹, and every further derivative is the row above with the other sign.
-    fn rows(&self, t: G::Scalar) -> Result<[([G::Scalar; R], [G::Scalar; R]); 4], TrajectoryError> {
-        let (time, end) = (t.value(), self.duration.value());
-        if !(time >= 0.0 && time <= end) {
-            return Err(TrajectoryError::OutOfRange { time, start: 0.0, end });
-        }
+    fn rows(&self, t: G::Scalar) -> [([G::Scalar; R], [G::Scalar; R]); 4] {
         let (lambda, psi) = gp_interpolation::<G::Scalar, R>(self.duration, t);
         let gain =
             gp_transition::<G::Scalar, R>(self.duration - t).transpose() * gp_information(self.duration);
         let back = gain * gp_transition::<G::Scalar, R>(self.duration);
         let row = |m: &SMatrix<G::Scalar, R, R>, i: usize| core::array::from_fn(|j| m[(i, j)]);
-        Ok(core::array::from_fn(|i| match i.checked_sub(R) {
+        core::array::from_fn(|i| match i.checked_sub(R) {
             None => (row(&lambda, i), row(&psi, i)),
             Some(0) => (row(&-back, R - 1), row(&gain, R - 1)),
             Some(_) => (row(&back, R - 2), row(&-gain, R - 2)),
-        }))
+        })
     }
 }
 
@@ -200,8 +249,14 @@ impl<G: LieGroup<D>, const D: usize, const R: usize> GaussianProcess<G, D, R> {
         &self,
         t: G::Scalar,
     ) -> Result<(Motion<G, D>, [[StateJac<G::Scalar, D>; R]; 2]), TrajectoryError> {
-        let [(lambda, psi), (d_lambda, d_psi), ..] = self.rows(t)?;
-        let [xi, rate, ..] = self.mean(t)?;
+        self.check_time(t)?;
+        Ok((self.query(t), self.query_jac(t)))
+    }
+
+    /// The derivatives of [`GaussianProcess::query`].
+    pub(crate) fn query_jac(&self, t: G::Scalar) -> [[StateJac<G::Scalar, D>; R]; 2] {
+        let [(lambda, psi), (d_lambda, d_psi), ..] = self.rows(t);
+        let [xi, rate, ..] = self.mean(t);
         let (rows, [xi_from, xi_to]) = self.arrival_jac();
         let (right, bend) = (G::right_jacobian(&xi), right_jacobian_product_derivative::<G, D>(&xi, &rate));
         let answer = |d_xi: Jacobian<G::Scalar, D>, d_rate: Jacobian<G::Scalar, D>| StateJac {
@@ -222,7 +277,7 @@ impl<G: LieGroup<D>, const D: usize, const R: usize> GaussianProcess<G, D, R> {
         from[0].value += G::exp(&-xi).adjoint();
         let identity = Jacobian::<G::Scalar, D>::identity();
         let to = core::array::from_fn(|m| arrival(m, if m == 0 { &xi_to } else { &identity }));
-        Ok((self.at(t)?, [from, to]))
+        [from, to]
     }
 
     /// ∂(ξ₁, ξ̇₁, ξ̈₁) in (ξ₁, ω, ω̇) of X_{k+1}, `rows[i][argument]`, and ∂ξ₁ in X_k and X_{k+1}. With K = J_r⁻¹(ξ₁), v = ξ̇₁:

@@ -9,7 +9,7 @@
 //! | Where does this velocity lead? | [`Integrator`]; [`magnus4`] where it is known in advance |
 //! | What noise does a step add? | [`discretise`], [`velocity_noise`] |
 //! | Hundreds of inertial samples as one measurement? | [`Preintegration`] |
-//! | A prior that joins states in time, and a query between them? | [`GaussianProcess`] |
+//! | A prior that joins states in time, and a query between them? | [`GaussianProcess`] of [`Moving`] states |
 //! | How do rates and errors transform? | [`Motion`], [`body_velocity`], [`local_error_transition`], … |
 //!
 //! Everything is written against [`crate::lie::LieGroup`] alone: it serves every group here and every group of a user's, in
@@ -34,14 +34,17 @@ mod integrate;
 mod kinematics;
 mod magnus;
 mod motion;
+mod moving;
 mod noise;
 
 pub use adaptive::Adaptive;
 pub use bspline::{BSpline, SplineJac};
+#[cfg(feature = "solve")]
+pub(crate) use bspline::{segment, segment_jac};
 pub use curves::{Bezier, CatmullRom, Hermite, HermiteJac, PathJac, Squad, slerp};
 pub use error::TrajectoryError;
 pub use gaussian_process::{
-    GaussianProcess, StateJac, gp_covariance, gp_information, gp_interpolation, gp_transition,
+    GaussianProcess, StateJac, gp_bridge, gp_covariance, gp_information, gp_interpolation, gp_transition,
 };
 pub use imu::{Imu, ImuBias, ImuNoise, Preintegration};
 pub use integrate::Integrator;
@@ -52,4 +55,5 @@ pub use kinematics::{
 };
 pub use magnus::{magnus_linear, magnus_linear_spatial, magnus2, magnus4, magnus4_spatial};
 pub use motion::{Motion, MotionJac, PointMotion};
+pub use moving::Moving;
 pub use noise::{discretise, velocity_noise, velocity_noise_first_order};

@@ -1,8 +1,8 @@
 use crate::support::*;
 use boxplus::lie::{LieGroup, Rn, SE2, SE3, SE23, SGal3, SO2, SO3, Sim3};
 use boxplus::trajectory::{
-    GaussianProcess, Motion, TrajectoryError, discretise, gp_covariance, gp_information, gp_interpolation,
-    gp_transition,
+    GaussianProcess, Motion, TrajectoryError, discretise, gp_bridge, gp_covariance, gp_information,
+    gp_interpolation, gp_transition,
 };
 use nalgebra::{Matrix1, Matrix3, SMatrix, SVector, Vector1, matrix};
 
@@ -60,6 +60,8 @@ fn the_query_is_the_conditional_mean_of_the_joint_gaussian() {
     let gain = cross * q_d.try_inverse().unwrap();
     close("Ψ", &psi, &gain, 1e-12);
     close("Λ", &lambda, &(gp_transition(t) - gain * gp_transition(d)), 1e-12);
+    let left = (q_t - gain * q_d * gain.transpose())[(0, 0)];
+    assert!((gp_bridge::<f64, 3>(d, t) / left - 1.0).abs() < 1e-10, "{left}");
 }
 
 #[test]

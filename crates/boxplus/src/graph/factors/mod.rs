@@ -3,12 +3,15 @@
 mod bearing;
 mod between;
 mod chart;
+mod continuous;
 mod fix;
 mod inertial;
+mod odometry;
 mod prior;
 mod range;
 mod reprojection;
 mod sighting;
+mod spline;
 
 pub use bearing::{Bearing2, Bearing3};
 pub use between::Between;
@@ -16,12 +19,15 @@ pub use between::Between;
 pub(crate) use chart::isotropic_information;
 pub(crate) use chart::isotropic_weights;
 pub use chart::{Chart, Chordal, Difference, G2o, Log, Product};
+pub use continuous::{Interpolated, MotionPrior};
 pub use fix::{Position, Velocity};
 pub use inertial::{Inertial, InertialUnderGravity};
+pub use odometry::CalibratedOdometry;
 pub use prior::Prior;
 pub use range::Range;
 pub use reprojection::{Reprojection, ReprojectionOwn, ReprojectionShared};
 pub use sighting::{Sighting2, Sighting3};
+pub use spline::{OnSpline, SplineImu};
 
 #[cfg(test)]
 mod tests;

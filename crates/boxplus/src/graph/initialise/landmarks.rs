@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, SMatrix, SVector, SymmetricEigen};
 
 use super::edges::Pose;
 use crate::graph::set::{AnySet, FactorSet};
-use crate::graph::{Bearing2, Bearing3, Factor, Key, Range, Sighting2, Sighting3, Values};
+use crate::graph::{Bearing2, Bearing3, Factor, Key, MAX_ARITY, Range, Sighting2, Sighting3, Values};
 use crate::lie::{Action, Rn, SE2, SE3};
 
 /// The larger share of the distance to a landmark that its standard deviation may be: beyond, no Gaussian describes it.
@@ -94,7 +94,7 @@ fn of<F: Factor<R>, const R: usize, const N: usize>(
 ) -> Vec<Sight<N>> {
     let sets = sets.iter().filter_map(|set| set.as_any().downcast_ref::<FactorSet<F, R>>());
     let factors = sets.flat_map(|set| set.slots.iter().zip(&set.factors).zip(&set.noises));
-    let sight = |((slots, factor), noise): ((&[u32; 4], &F), &crate::graph::Noise<R>)| Sight {
+    let sight = |((slots, factor), noise): ((&[u32; MAX_ARITY], &F), &crate::graph::Noise<R>)| Sight {
         pose: slots[pose],
         point: slots[point],
         seen: seen(factor),
