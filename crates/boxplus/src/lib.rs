@@ -30,6 +30,8 @@ pub mod filter;
 pub mod graph;
 #[cfg(feature = "io")]
 pub mod io;
+#[cfg(any(feature = "solve", feature = "io"))]
+mod label;
 pub mod lie;
 #[cfg(any(feature = "solve", feature = "io"))]
 mod partition;

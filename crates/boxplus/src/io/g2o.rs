@@ -2,6 +2,7 @@
 //!
 //! Orders: θ in radians, quaternions x y z w, information as the upper triangle by rows.
 
+use super::Format;
 use super::elements::{
     Printer, edge, information, other, point2, point3, pose2, pose3, print_edge, print_point, print_pose2,
     print_pose3, print_prior, print_scalar, print_upper_triangle, print_vertex, prior, scalar, vertex,
@@ -59,6 +60,7 @@ pub(super) fn read_line(f: &mut Fields<'_>, graph: &mut PoseGraph) -> Scan<()> {
 
 /// Writes a graph: offsets, vertices, fixed vertices, measurements, other lines.
 pub(super) fn write(graph: &PoseGraph, p: &mut Printer) -> Result<(), WriteError> {
+    super::refuse(Format::G2o, &[("ranges", graph.ranges.len())])?;
     for o in &graph.offsets2 {
         print_vertex(p, "PARAMS_SE2OFFSET", (o.id, &o.value), print_pose2)?;
     }

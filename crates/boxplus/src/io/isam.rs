@@ -94,6 +94,7 @@ fn measurements_only(graph: &PoseGraph) -> Result<(), WriteError> {
         Format::Isam,
         &[
             ("bearings", graph.bearings2.len()),
+            ("ranges", graph.ranges.len()),
             ("priors", priors),
             ("fixed vertices", graph.fixed.len()),
             ("sensor offsets", graph.offsets2.len() + moved),

@@ -57,6 +57,7 @@ fn poses_only(graph: &PoseGraph) -> Result<(), WriteError> {
         &[
             ("points", graph.points2.len() + graph.points3.len()),
             ("sightings", sightings),
+            ("ranges", graph.ranges.len()),
             ("priors", priors),
             ("fixed vertices", graph.fixed.len()),
             ("sensor offsets", graph.offsets2.len() + graph.offsets3.len()),
