@@ -218,6 +218,12 @@ fn a_graph_that_a_format_cannot_hold_is_not_written() {
         assert!(matches!(io::write(&graph, format).unwrap_err(), WriteError::NotFinite { id: 5, .. }));
     }
 
+    let kept = "VERTEX_SE2 0 0 0 0\nVERTEX3 1 2 3 4 5 6 7 8\n";
+    let graph = io::read(kept.as_bytes(), "", Some(Format::G2o)).unwrap().graph;
+    assert_eq!(io::write(&graph, Format::G2o).unwrap(), kept);
+    let error = WriteError::Foreign { format: Format::Toro, tag: "VERTEX3".into(), line: Line(2) };
+    assert_eq!(io::write(&graph, Format::Toro).unwrap_err(), error);
+
     let information = Matrix3::from_diagonal_element(-1.0);
     let edge = Edge { from: 8, to: 9, measured: SE2::identity(), information, line: Line(0) };
     let graph = PoseGraph { edges2: vec![edge], ..PoseGraph::default() };

@@ -1,7 +1,7 @@
 //! What can be wrong with a file, and with a graph that should become one.
 
 use super::Format;
-use crate::pose_graph::Label;
+use crate::pose_graph::{Label, Line};
 use core::{fmt, ops::Range};
 
 /// A file that cannot be read: which one, where in it, and why.
@@ -383,6 +383,16 @@ pub enum WriteError {
         what: &'static str,
         /// How many there are.
         count: usize,
+    },
+    /// A line that was kept because its tag was unknown would not be in this format.
+    #[error("line {} is a {tag}, which was kept unread, but {format} knows such lines; remove it, or read the file as {format}", line.0)]
+    Foreign {
+        /// The format.
+        format: Format,
+        /// The tag of the line.
+        tag: Box<str>,
+        /// Where it was read.
+        line: Line,
     },
     /// iSAM stores a square root of the information and PyFG its inverse: it must be positive definite.
     #[error("{tag} of {}: the information matrix is not positive definite, so it has no square root and no inverse", Label(*id))]

@@ -58,7 +58,7 @@ pub(super) fn read_line(f: &mut Fields<'_>, graph: &mut PoseGraph) -> Scan<()> {
     f.finish()
 }
 
-/// Writes a graph: offsets, vertices, fixed vertices, measurements, other lines.
+/// Writes a graph: offsets, vertices, fixed vertices, measurements.
 pub(super) fn write(graph: &PoseGraph, p: &mut Printer) -> Result<(), WriteError> {
     super::refuse(Format::G2o, &[("ranges", graph.ranges.len())])?;
     for o in &graph.offsets2 {
@@ -73,7 +73,6 @@ pub(super) fn write(graph: &PoseGraph, p: &mut Printer) -> Result<(), WriteError
     }
     write_edges(graph, p)?;
     write_priors(graph, p)?;
-    graph.other.iter().for_each(|line| p.verbatim(line));
     Ok(())
 }
 

@@ -57,7 +57,7 @@ use bzip2::read::MultiBzDecoder;
 use core::{fmt, str::FromStr};
 use elements::Printer;
 use flate2::read::MultiGzDecoder;
-use scan::{Fields, Scan, Source};
+use scan::{Fields, Layouts, Scan, Source};
 use std::borrow::Cow;
 use std::io::{ErrorKind, Read};
 
@@ -151,12 +151,7 @@ pub fn read(bytes: &[u8], name: &str, format: Option<Format>) -> Result<Parsed, 
         return Err(not_text(unformatted, at));
     }
     let format = format.unwrap_or_else(|| sniff(unformatted));
-    let (layouts, read_line): (_, fn(&mut Fields<'_>, &mut PoseGraph) -> Scan<()>) = match format {
-        Format::G2o => (g2o::LAYOUTS, g2o::read_line),
-        Format::Toro => (toro::LAYOUTS, toro::read_line),
-        Format::Isam => (isam::LAYOUTS, isam::read_line),
-        Format::Pyfg => (pyfg::LAYOUTS, pyfg::read_line),
-    };
+    let Codec { layouts, read_line, .. } = codec(format);
     let source = Source { layouts, ..unformatted };
     let (mut graph, mut warnings) = (PoseGraph::default(), Vec::new());
     for mut fields in source.lines() {
@@ -171,18 +166,35 @@ pub fn read(bytes: &[u8], name: &str, format: Option<Format>) -> Result<Parsed, 
     Ok(Parsed { graph, format, gzip: matches!(text, Cow::Owned(_)), warnings, point_shift })
 }
 
+/// What a format knows: its lines, how one is read, how a graph is written but for lines of other tags.
+struct Codec {
+    layouts: Layouts,
+    read_line: fn(&mut Fields<'_>, &mut PoseGraph) -> Scan<()>,
+    write: fn(&PoseGraph, &mut Printer) -> Result<(), WriteError>,
+}
+
+fn codec(format: Format) -> Codec {
+    match format {
+        Format::G2o => Codec { layouts: g2o::LAYOUTS, read_line: g2o::read_line, write: g2o::write },
+        Format::Toro => Codec { layouts: toro::LAYOUTS, read_line: toro::read_line, write: toro::write },
+        Format::Isam => Codec { layouts: isam::LAYOUTS, read_line: isam::read_line, write: isam::write },
+        Format::Pyfg => Codec { layouts: pyfg::LAYOUTS, read_line: pyfg::read_line, write: pyfg::write },
+    }
+}
+
 /// Writes a pose graph. Numbers are the shortest decimals that read back as the same float; how far
 /// `read(write(graph)) == graph` holds is said at each [`Format`].
 ///
 /// # Errors
 /// [`WriteError`], where a number is not finite or the format cannot hold the graph.
 pub fn write(graph: &PoseGraph, format: Format) -> Result<String, WriteError> {
-    let mut printer = Printer::default();
-    match format {
-        Format::G2o => g2o::write(graph, &mut printer)?,
-        Format::Toro => toro::write(graph, &mut printer)?,
-        Format::Isam => isam::write(graph, &mut printer)?,
-        Format::Pyfg => pyfg::write(graph, &mut printer)?,
+    let (Codec { layouts, write, .. }, mut printer) = (codec(format), Printer::default());
+    write(graph, &mut printer)?;
+    for other in &graph.other {
+        if layouts.iter().any(|(known, _)| *known == other.tag()) {
+            return Err(WriteError::Foreign { format, tag: other.tag().into(), line: other.line });
+        }
+        printer.verbatim(other);
     }
     Ok(printer.into_text())
 }

@@ -109,7 +109,7 @@ fn inverted<const D: usize>(matrix: &SMatrix<f64, D, D>) -> Option<SMatrix<f64, 
     inverse.iter().all(|x| x.is_finite()).then_some(inverse)
 }
 
-/// Writes a graph: vertices, priors, measurements, other lines.
+/// Writes a graph: vertices, priors, measurements.
 pub(super) fn write(graph: &PoseGraph, p: &mut Printer) -> Result<(), WriteError> {
     representable(graph)?;
     let stamps = graph.stamps.iter().map(|stamp| (stamp.id, stamp.seconds)).collect();
@@ -123,7 +123,6 @@ pub(super) fn write(graph: &PoseGraph, p: &mut Printer) -> Result<(), WriteError
         out.edges("EDGE_SE3_XYZ", &[Edge { from, to, measured, information, line }], print_point)?;
     }
     out.edges("EDGE_RANGE", &graph.ranges, |p, z| p.number(*z))?;
-    graph.other.iter().for_each(|line| p.verbatim(line));
     Ok(())
 }
 

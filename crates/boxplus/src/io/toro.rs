@@ -44,7 +44,6 @@ pub(super) fn write(graph: &PoseGraph, p: &mut Printer) -> Result<(), WriteError
     for e in &graph.edges3 {
         print_edge(p, "EDGE3", e, print_pose3_euler, print_upper_triangle)?;
     }
-    graph.other.iter().for_each(|line| p.verbatim(line));
     Ok(())
 }
 
