@@ -13,6 +13,7 @@ use crate::choices::{
     Algorithm, Behind, Chart, Format, Gauge, Indefinite, Init, Intrinsics, Robust, simulator,
 };
 use crate::consistency::{self, Consistency};
+use crate::filter;
 use crate::pose;
 use crate::pose::args::Pose;
 
@@ -82,6 +83,9 @@ pub enum Verb {
     /// Calculate with uncertain poses: compose, invert, relate, fuse.
     #[command(after_help = pose::args::EXAMPLES)]
     Pose(Box<Pose>),
+    /// Follow what moves through the logs of its sensors.
+    #[command(after_help = filter::EXAMPLES)]
+    Filter(Box<filter::Options>),
     /// Try a filter on a simulation many times: can its covariance be believed?
     #[command(after_help = consistency::EXAMPLES)]
     Consistency(Consistency),

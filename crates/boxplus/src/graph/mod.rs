@@ -40,6 +40,8 @@ mod names;
 mod noise;
 mod renewal;
 mod set;
+#[cfg(feature = "rand")]
+mod simulations;
 mod solve;
 mod together;
 mod values;
@@ -52,9 +54,9 @@ pub use factor::{Factor, FactorId, MAX_ARITY, Variables, dual_jacobians};
 
 pub use crate::robust::{Kernel, KernelError};
 pub use factors::{
-    Bearing2, Bearing3, Between, Chart, Chordal, Difference, G2o, Inertial, InertialUnderGravity,
-    Interpolated, Log, MotionPrior, OnSpline, Position, Prior, Product, Range, Reprojection, ReprojectionOwn,
-    ReprojectionShared, Sighting2, Sighting3, SplineImu, Velocity,
+    Bearing2, Bearing3, Between, CalibratedOdometry, Chart, Chordal, Difference, G2o, Inertial,
+    InertialUnderGravity, Interpolated, Log, MotionPrior, OnSpline, Position, Prior, Product, Range,
+    Reprojection, ReprojectionOwn, ReprojectionShared, Sighting2, Sighting3, SplineImu, Velocity,
 };
 #[cfg(feature = "io")]
 pub(crate) use factors::{isotropic_information, isotropic_weights};
@@ -63,6 +65,8 @@ pub use marginals::Marginals;
 pub use names::{FactorName, VariableName};
 pub use noise::Noise;
 pub use renewal::{Renewal, Renewed};
+#[cfg(feature = "rand")]
+pub use simulations::{BeaconDrive, Driven, Nees, Sees};
 #[cfg(feature = "io")]
 pub(crate) use solve::Pace;
 #[cfg(feature = "io")]
@@ -74,7 +78,8 @@ pub use solve::{
 pub use together::FactorBatch;
 pub use values::{Key, Values, VariableId};
 pub use variable::{
-    Carries, GroupVariable, ImageVariable, JacobianBlock, Located, TangentResidual, Variable, derivative,
+    CameraVariable, Carries, GroupVariable, JacobianBlock, Located, PointVariable, TangentResidual, Variable,
+    ViewVariable, derivative,
 };
 
 use core::ops::ControlFlow;
