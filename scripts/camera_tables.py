@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Reference table of camera models, by OpenCV: crates/boxplus/tests/reference/cameras.csv
+"""Reference tables of cameras, by OpenCV: crates/boxplus/tests/reference/{cameras,locate}.csv
 
     pip install numpy opencv-python-headless && python3 scripts/camera_tables.py
 
 A row is a model, its intrinsics, a point in the frame of the camera, its pixel, and the derivatives of the pixel by the point, by rows.
 They come from cv2.projectPoints and cv2.fisheye.projectPoints with an identity pose; the derivative by its translation is that by
-the point. Bundler's camera is OpenCV's pinhole without tangential part, turned half around x and with v upwards.
+the point. locate.csv: a pose camera_from_world (rotation vector, translation) that cv2.solvePnP found, with points and noisy pixels; and a
+point that cv2.triangulatePoints found from the pixels of two cameras. Bundler's camera is OpenCV's pinhole without tangential part, turned half around x and with v upwards.
 """
 import random
 from pathlib import Path
@@ -13,7 +14,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-OUT = Path(__file__).resolve().parent.parent / "crates/boxplus/tests/reference/cameras.csv"
+OUT = Path(__file__).resolve().parent.parent / "crates/boxplus/tests/reference"
 rng = random.Random(20261124)
 HALF_TURN = np.diag([1.0, -1.0, -1.0])
 
@@ -69,8 +70,32 @@ def main():
                 pixel, jacobian = project(intrinsics, point)
                 cells = [intrinsics, point, pixel, jacobian.ravel()]
                 lines.append(",".join([name] + [" ".join(repr(float(x)) for x in cell) for cell in cells]))
-    OUT.write_text("\n".join(lines) + "\n")
-    print(OUT.name, len(lines) - 1)
+    (OUT / "cameras.csv").write_text("\n".join(lines) + "\n")
+    rows = [["pnp", *pose_of_points()], ["triangulation", *point_of_pixels()]]
+    text = [",".join([name] + [repr(float(x)) for x in numbers]) for name, *numbers in rows]
+    (OUT / "locate.csv").write_text("\n".join(text) + "\n")
+
+
+K = matrix(500.0, 510.0, 320.0, 240.0)
+
+
+def pose_of_points():
+    rotation, translation = np.array([0.2, -0.3, 0.1]), np.array([0.4, -0.1, 0.5])
+    points = np.array([[rng.uniform(-2, 2), rng.uniform(-2, 2), rng.uniform(4, 8)] for _ in range(12)])
+    pixels, _ = cv2.projectPoints(points, rotation, translation, K, None)
+    pixels = pixels.reshape(-1, 2) + np.array([[rng.gauss(0, 0.7), rng.gauss(0, 0.7)] for _ in range(12)])
+    _, r, t = cv2.solvePnP(points, pixels, K, None, flags=cv2.SOLVEPNP_ITERATIVE)
+    stop = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 1000, 1e-15)
+    r, t = cv2.solvePnPRefineLM(points, pixels, K, None, r, t, stop)
+    return [*r.ravel(), *t.ravel(), *np.hstack([points, pixels]).ravel()]
+
+
+def point_of_pixels():
+    baseline, point = 0.7, np.array([0.5, 0.3, 5.0])
+    projections = [K @ np.hstack([np.eye(3), [[-x], [0], [0]]]) for x in (0.0, baseline)]
+    pixels = [(p @ np.append(point, 1))[:2] / (p @ np.append(point, 1))[2] for p in projections]
+    found = cv2.triangulatePoints(*projections, *[p.reshape(2, 1) for p in pixels]).ravel()
+    return [*(found[:3] / found[3]), baseline, *pixels[0], *pixels[1]]
 
 
 main()

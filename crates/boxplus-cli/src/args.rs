@@ -10,9 +10,10 @@ use clap::{Args, Parser, Subcommand, ValueHint};
 use clap_complete::Shell;
 
 use crate::choices::{
-    Algorithm, Behind, Chart, Format, Gauge, Indefinite, Init, Intrinsics, Robust, simulator,
+    Algorithm, Behind, Chart, Format, Gauge, Indefinite, Init, Intrinsics, Robust, id, simulator,
 };
 use crate::consistency::{self, Consistency};
+use crate::filter;
 use crate::pose;
 use crate::pose::args::Pose;
 
@@ -82,6 +83,9 @@ pub enum Verb {
     /// Calculate with uncertain poses: compose, invert, relate, fuse.
     #[command(after_help = pose::args::EXAMPLES)]
     Pose(Box<Pose>),
+    /// Follow what moves through the logs of its sensors.
+    #[command(after_help = filter::EXAMPLES)]
+    Filter(Box<filter::Options>),
     /// Try a filter on a simulation many times: can its covariance be believed?
     #[command(after_help = consistency::EXAMPLES)]
     Consistency(Consistency),
@@ -153,7 +157,7 @@ pub struct Method {
     #[arg(long, value_name = "NAME[:SCALE]")]
     pub robust: Option<Robust>,
     /// Hold a vertex where it is; may be given again.
-    #[arg(long, value_name = "ID")]
+    #[arg(long, value_name = "ID", value_parser = id)]
     pub fix: Vec<u64>,
     /// Prove that no other estimate is better, or go on to one that is. For graphs of poses alone; the proof is about
     /// SE-Sync's cost, near whose optimum those of the other charts lie.

@@ -12,6 +12,7 @@ mod diagnose;
 mod document;
 mod error;
 mod excerpt;
+mod filter;
 mod info;
 mod input;
 mod interrupt;
@@ -21,6 +22,7 @@ mod pose;
 mod progress;
 mod refusal;
 mod report;
+mod settings;
 mod simulate;
 mod solve;
 
@@ -48,6 +50,7 @@ fn run(cli: &Cli) -> Result<Outcome, Error> {
         Verb::Solve(options) => return solve::run(options, global, console),
         Verb::Align(options) => return align::run(options, global, console),
         Verb::Diagnose(options) => return diagnose::run(options, global, console),
+        Verb::Filter(options) => return filter::run(options, console),
         Verb::Consistency(options) => return consistency::run(options, global, console),
         Verb::Info(options) => info::run(options, global, console)?,
         Verb::Convert(options) => convert::run(options, global, console)?,

@@ -6,6 +6,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyFloat};
 use pyo3::{intern, types::PyInt};
+use std::ops::Range;
 
 /// An argument as contiguous numbers.
 pub(crate) enum Argument<'py> {
@@ -139,6 +140,21 @@ impl Index {
 }
 
 impl Operand<'_> {
+    /// The rows at some places, where each place has its own.
+    pub(crate) fn rows(&self, places: Range<usize>) -> Option<&[f64]> {
+        matches!(self.index, Index::Each)
+            .then(|| &self.numbers[places.start * self.len..places.end * self.len])
+    }
+
+    /// The first of some places whose row has a number that is NaN or infinite.
+    pub(crate) fn first_not_finite(&self, mut places: Range<usize>) -> Option<usize> {
+        match self.index {
+            Index::Same if finite(self.row(0)) => None,
+            Index::Each if self.rows(places.clone()).is_some_and(finite) => None,
+            _ => places.find(|&place| !finite(self.row(place))),
+        }
+    }
+
     /// The row at a place of the batch, counted in row-major order.
     #[inline]
     pub(crate) fn row(&self, place: usize) -> &[f64] {
@@ -149,6 +165,11 @@ impl Operand<'_> {
         };
         &self.numbers[row * self.len..][..self.len]
     }
+}
+
+/// Whether no number is NaN or infinite. Without a branch per number, so that it costs little.
+pub(crate) fn finite(numbers: &[f64]) -> bool {
+    numbers.iter().fold(true, |all, x| all & x.is_finite())
 }
 
 /// Apart, because rare.

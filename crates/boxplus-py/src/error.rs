@@ -1,5 +1,6 @@
 //! Exceptions, and how they tell shapes and places.
 
+use crate::filters::FilterFault;
 use pyo3::create_exception;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -21,6 +22,7 @@ create_exception!(
     Error,
     "Numbers that are no uncertainty, or an operation that has no answer."
 );
+create_exception!(boxplus, FilterError, Error, "A filter cannot take a step; the belief is as it was.");
 create_exception!(
     boxplus,
     ReadError,
@@ -41,6 +43,7 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("ShapeError", py.get_type::<ShapeError>())?;
     module.add("NotFiniteError", py.get_type::<NotFiniteError>())?;
     module.add("UncertaintyError", py.get_type::<UncertaintyError>())?;
+    module.add("FilterError", py.get_type::<FilterError>())?;
     module.add("ReadError", py.get_type::<ReadError>())?;
     module.add("GraphError", py.get_type::<GraphError>())?;
     module.add("LieError", py.get_type::<LieError>())
@@ -70,6 +73,8 @@ pub(crate) enum Refusal {
     Lie(boxplus::lie::LieError),
     /// Its numbers are no uncertainty, or the operation has no answer.
     Uncertainty(boxplus::uncertainty::UncertaintyError),
+    /// A filter does not take the step.
+    Filter(boxplus::filter::FilterError),
 }
 
 impl From<Infallible> for Refusal {
@@ -90,6 +95,15 @@ impl From<boxplus::uncertainty::UncertaintyError> for Refusal {
     }
 }
 
+impl From<FilterFault> for Refusal {
+    fn from(fault: FilterFault) -> Self {
+        match fault {
+            FilterFault::Uncertainty(error) => Self::Uncertainty(error),
+            FilterFault::Filter(error) => Self::Filter(error),
+        }
+    }
+}
+
 impl Fault {
     /// The exception of an operation whose arguments have these `names`, over a batch of shape `batch`.
     pub(crate) fn raise(self, names: &[&str], batch: &[usize]) -> PyErr {
@@ -105,13 +119,17 @@ impl Fault {
             Reason::Refused(Refusal::Lie(error)) => {
                 LieError::new_err(format!("{}{place}: {error}", names[0]))
             }
-            Reason::Refused(Refusal::Uncertainty(error)) => UncertaintyError::new_err(if batch.is_empty() {
-                error.to_string()
-            } else {
-                format!("at {place}: {error}")
-            }),
+            Reason::Refused(Refusal::Uncertainty(error)) => {
+                UncertaintyError::new_err(at(&place, error.to_string()))
+            }
+            Reason::Refused(Refusal::Filter(error)) => FilterError::new_err(at(&place, error.to_string())),
         }
     }
+}
+
+/// A message with the place in the batch, unless it is a single element.
+fn at(place: &str, message: String) -> String {
+    if place.is_empty() { message } else { format!("at {place}: {message}") }
 }
 
 /// `[3]`, `[1, 4]`, or nothing for a batch that is a single element.

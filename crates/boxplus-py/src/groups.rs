@@ -3,8 +3,8 @@
 use crate::operation::operations;
 use crate::slot::{Element, Matrix, Scalar, Slot, Vector};
 use boxplus::lie::{
-    Action, Distance, LeftJacobians, LieGroup, LogNear, Plain, Rn, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2,
-    Sim3,
+    Action, BatchGroup, Distance, LeftJacobians, LieGroup, LogNear, Number, Plain, Rn, SE2, SE3, SE23, SGal3,
+    SO2, SO3, Sim2, Sim3,
 };
 use bytemuck::TransparentWrapper;
 use pyo3::prelude::*;
@@ -14,32 +14,33 @@ operations! {
     /// points it moves, A the shape of its algebra; `x`, `y` are elements.
     Group[G, A, const D: usize, const N: usize, const P: usize]
     where [
-        G: LeftJacobians<D> + LieGroup<D, Scalar = f64, Algebra = A::Value> + Action<D, P>,
+        G: LeftJacobians<D> + BatchGroup<D> + LieGroup<D, Scalar = f64, Algebra = A::Value> + Action<D, P>,
         G: Plain<N, Number = f64> + TransparentWrapper<[f64; N]>,
+        <G as LieGroup<D>>::Over<<f64 as Number>::Lanes>: Action<D, P>,
         A: Slot + 'static,
     ];
 
     fallible from_array(numbers: Vector<N>) -> Element<G, N> { G::from_array(numbers.into()) }
-    new exp(tau: Vector<D>) -> Element<G, N> { G::exp(&tau) }
+    batch exp(tau: Vector<D>) -> Element<G, N> { G::exp(&tau) }
     new exp_jac(tau: Vector<D>) -> (Element<G, N>, Matrix<D, D>) { G::exp_jac(&tau) }
     new exp_left_jac(tau: Vector<D>) -> (Element<G, N>, Matrix<D, D>) { G::exp_left_jac(&tau) }
-    new log(x: Element<G, N>) -> Vector<D> { x.log() }
+    batch log(x: Element<G, N>) -> Vector<D> { x.log() }
     new log_jac(x: Element<G, N>) -> (Vector<D>, Matrix<D, D>) { x.log_jac() }
     new log_left_jac(x: Element<G, N>) -> (Vector<D>, Matrix<D, D>) { x.log_left_jac() }
-    new inverse(x: Element<G, N>) -> Element<G, N> { x.inverse() }
+    batch inverse(x: Element<G, N>) -> Element<G, N> { x.inverse() }
     new inverse_jac(x: Element<G, N>) -> (Element<G, N>, Matrix<D, D>) { x.inverse_jac() }
     new inverse_left_jac(x: Element<G, N>) -> (Element<G, N>, Matrix<D, D>) { x.inverse_left_jac() }
-    new compose(x: Element<G, N>, y: Element<G, N>) -> Element<G, N> { x.compose(&y) }
+    batch compose(x: Element<G, N>, y: Element<G, N>) -> Element<G, N> { x.compose(&y) }
     new compose_jac(x: Element<G, N>, y: Element<G, N>) -> (Element<G, N>, Matrix<D, D>, Matrix<D, D>) { x.compose_jac(&y) }
     new compose_left_jac(x: Element<G, N>, y: Element<G, N>) -> (Element<G, N>, Matrix<D, D>, Matrix<D, D>) {
         x.compose_left_jac(&y)
     }
-    new between(x: Element<G, N>, y: Element<G, N>) -> Element<G, N> { x.between(&y) }
+    batch between(x: Element<G, N>, y: Element<G, N>) -> Element<G, N> { x.between(&y) }
     new between_jac(x: Element<G, N>, y: Element<G, N>) -> (Element<G, N>, Matrix<D, D>, Matrix<D, D>) { x.between_jac(&y) }
     new between_left_jac(x: Element<G, N>, y: Element<G, N>) -> (Element<G, N>, Matrix<D, D>, Matrix<D, D>) {
         x.between_left_jac(&y)
     }
-    new rplus(x: Element<G, N>, tau: Vector<D>) -> Element<G, N> { x.rplus(&tau) }
+    batch rplus(x: Element<G, N>, tau: Vector<D>) -> Element<G, N> { x.rplus(&tau) }
     new rplus_jac(x: Element<G, N>, tau: Vector<D>) -> (Element<G, N>, Matrix<D, D>, Matrix<D, D>) { x.rplus_jac(&tau) }
     new rplus_left_jac(x: Element<G, N>, tau: Vector<D>) -> (Element<G, N>, Matrix<D, D>, Matrix<D, D>) {
         x.rplus_left_jac(&tau)
@@ -49,7 +50,7 @@ operations! {
     new lplus_left_jac(x: Element<G, N>, tau: Vector<D>) -> (Element<G, N>, Matrix<D, D>, Matrix<D, D>) {
         x.lplus_left_jac(&tau)
     }
-    new rminus(y: Element<G, N>, x: Element<G, N>) -> Vector<D> { y.rminus(&x) }
+    batch rminus(y: Element<G, N>, x: Element<G, N>) -> Vector<D> { y.rminus(&x) }
     new rminus_jac(y: Element<G, N>, x: Element<G, N>) -> (Vector<D>, Matrix<D, D>, Matrix<D, D>) { y.rminus_jac(&x) }
     new rminus_left_jac(y: Element<G, N>, x: Element<G, N>) -> (Vector<D>, Matrix<D, D>, Matrix<D, D>) {
         y.rminus_left_jac(&x)
@@ -94,7 +95,7 @@ operations! {
     new covariance_to_left(x: Element<G, N>, right: Matrix<D, D>) -> Matrix<D, D> { x.covariance_to_left(&right) }
     new covariance_to_right(x: Element<G, N>, left: Matrix<D, D>) -> Matrix<D, D> { x.covariance_to_right(&left) }
 
-    new act(x: Element<G, N>, p: Vector<P>) -> Vector<P> { x.act(&p) }
+    batch act(x: Element<G, N>, p: Vector<P>) -> Vector<P> { x.act(&p) }
     new act_jac(x: Element<G, N>, p: Vector<P>) -> (Vector<P>, Matrix<P, D>, Matrix<P, P>) { x.act_jac(&p) }
     new act_left_jac(x: Element<G, N>, p: Vector<P>) -> (Vector<P>, Matrix<P, D>, Matrix<P, P>) { x.act_left_jac(&p) }
     new act_inverse(x: Element<G, N>, p: Vector<P>) -> Vector<P> { x.act_inverse(&p) }

@@ -6,12 +6,17 @@
 
 mod argument;
 mod error;
+mod estimate;
+mod filters;
 mod gaussian;
+mod graph;
 mod groups;
 mod operation;
 mod pose_graph;
 mod rotation;
 mod slot;
+mod solve;
+mod user_factor;
 
 use pyo3::prelude::*;
 
@@ -23,5 +28,9 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     groups::register(module)?;
     gaussian::register(module)?;
     rotation::register(module)?;
-    module.add_class::<pose_graph::PoseGraph>()
+    filters::register(module)?;
+    module.add_class::<pose_graph::PoseGraph>()?;
+    module.add_class::<graph::FactorGraph>()?;
+    module.add_class::<estimate::Estimate>()?;
+    module.add_class::<estimate::Marginals>()
 }

@@ -1,8 +1,11 @@
 //! One operation of the library, applied to every element of a batch.
 
-use crate::argument::{Argument, Operand, broadcast};
+use crate::argument::{Argument, Operand, broadcast, finite};
 use crate::error::{Fault, Reason, Refusal, ShapeError, tuple};
-use crate::slot::{Slots, product};
+use crate::slot::{Slot, Slots, product};
+use arrayvec::ArrayVec;
+use boxplus::lie::LengthMismatch;
+use numpy::ndarray::Dimension;
 use numpy::{IxDyn, PyArrayDyn, PyArrayMethods, PyReadwriteArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::{PyFloat, PyTuple};
@@ -12,8 +15,12 @@ use std::marker::PhantomData;
 use std::ops::Range;
 use std::sync::OnceLock;
 
+/// Arguments and results at most: with room for them on the stack, a call on one element allocates nothing but its results.
+const MOST: usize = 6;
 /// Below this many elements the interpreter's lock costs more than the operation does.
 const RELEASE: usize = 32;
+/// From this many elements on, many are computed at a time.
+const WORTHWHILE: usize = 8;
 /// From this many elements on, all cores work.
 const PARALLEL: usize = 4096;
 /// Elements a thread takes at a time: its arguments and results stay in the cache while they are checked.
@@ -53,6 +60,19 @@ impl Operation {
         Self::fallible::<I, O, _, _>(names, move |values| Ok::<_, Infallible>(f(values)))
     }
 
+    /// As [`Self::new`], with the same function of many elements at a time, by the vector instructions of the machine.
+    pub(crate) fn batch<I, O, F, M>(names: &'static [&'static str], f: F, many: M) -> Self
+    where
+        I: Slots + 'static,
+        O: Slot + 'static,
+        F: Fn(I::Values) -> O::Value + Send + Sync + 'static,
+        M: Fn(I::Slices<'_>, &mut [O::Value]) -> Result<(), LengthMismatch> + Send + Sync + 'static,
+    {
+        let each = Self::new::<I, O, F>(names, f);
+        let kernel = Box::new(Many::<I, O, M> { each: each.kernel, compute: many, of: PhantomData });
+        Self { kernel, ..each }
+    }
+
     /// An operation from `I` to `O` that may refuse its arguments.
     pub(crate) fn fallible<I, O, F, E>(names: &'static [&'static str], f: F) -> Self
     where
@@ -80,16 +100,17 @@ impl Operation {
     ) -> PyResult<Bound<'py, PyAny>> {
         let arguments = (arguments.iter().zip(self.names).zip(self.inputs))
             .map(|((value, name), trailing)| Argument::new(value, name, trailing))
-            .collect::<PyResult<Vec<_>>>()?;
-        let batch = self.batch(&arguments)?;
-        let mut results =
-            self.outputs.iter().map(|shape| zeros(py, &batch, shape)).collect::<PyResult<Vec<_>>>()?;
+            .collect::<PyResult<ArrayVec<_, MOST>>>()?;
+        let batch = self.common_batch(&arguments)?;
+        let mut results = (self.outputs.iter())
+            .map(|shape| zeros(py, &batch, shape))
+            .collect::<PyResult<ArrayVec<_, MOST>>>()?;
         {
             let operands = (arguments.iter().zip(self.inputs))
                 .map(|(argument, shape)| argument.operand(shape, product(shape), &batch))
-                .collect::<PyResult<Vec<_>>>()?;
-            let mut rows =
-                results.iter_mut().map(PyReadwriteArrayDyn::as_slice_mut).collect::<Result<Vec<_>, _>>()?;
+                .collect::<PyResult<ArrayVec<_, MOST>>>()?;
+            let mut rows = (results.iter_mut().map(PyReadwriteArrayDyn::as_slice_mut))
+                .collect::<Result<ArrayVec<_, MOST>, _>>()?;
             let count = product(&batch);
             let mut compute = || self.run(&operands, count, &mut rows);
             let done = if count < RELEASE { compute() } else { py.detach(compute) };
@@ -100,13 +121,14 @@ impl Operation {
         match (self.outputs, results.next()) {
             ([_], Some(result)) => Ok(result),
             (_, first) => {
-                Ok(PyTuple::new(py, first.into_iter().chain(results).collect::<Vec<_>>())?.into_any())
+                let all: ArrayVec<_, MOST> = first.into_iter().chain(results).collect();
+                Ok(PyTuple::new(py, all)?.into_any())
             }
         }
     }
 
     /// The common batch of the arguments.
-    fn batch(&self, arguments: &[Argument<'_>]) -> PyResult<Vec<usize>> {
+    fn common_batch(&self, arguments: &[Argument<'_>]) -> PyResult<Vec<usize>> {
         let shapes =
             || arguments.iter().zip(self.inputs).map(|(argument, trailing)| argument.batch(trailing.len()));
         broadcast(shapes()).ok_or_else(|| {
@@ -147,7 +169,7 @@ impl Operation {
     ) -> Result<(), Fault> {
         for (argument, operand) in inputs.iter().enumerate().filter(|(argument, _)| !self.checked[*argument])
         {
-            if let Some(index) = places.clone().find(|&place| !finite(operand.row(place))) {
+            if let Some(index) = operand.first_not_finite(places.clone()) {
                 return Err(Fault { index, reason: Reason::Argument(argument) });
             }
         }
@@ -164,8 +186,9 @@ impl Operation {
 }
 
 fn zeros<'py>(py: Python<'py>, batch: &[usize], shape: &[usize]) -> PyResult<PyReadwriteArrayDyn<'py, f64>> {
-    let shape: Vec<usize> = batch.iter().chain(shape).copied().collect();
-    Ok(PyArrayDyn::zeros(py, IxDyn(&shape), false).try_readwrite()?)
+    let mut extents = IxDyn::zeros(batch.len() + shape.len());
+    extents.slice_mut().iter_mut().zip(batch.iter().chain(shape)).for_each(|(to, from)| *to = *from);
+    Ok(PyArrayDyn::zeros(py, extents, false).try_readwrite()?)
 }
 
 fn finished(array: PyReadwriteArrayDyn<'_, f64>, frozen: bool) -> Bound<'_, PyAny> {
@@ -207,6 +230,47 @@ where
     }
 }
 
+/// A function of many elements at a time.
+struct Many<I, O, M> {
+    /// The same of one.
+    each: Box<dyn Kernel>,
+    compute: M,
+    of: PhantomData<fn() -> (I, O)>,
+}
+
+impl<I, O, M> Kernel for Many<I, O, M>
+where
+    I: Slots,
+    O: Slot,
+    M: Fn(I::Slices<'_>, &mut [O::Value]) -> Result<(), LengthMismatch> + Send + Sync,
+{
+    fn run(
+        &self,
+        inputs: &[Operand<'_>],
+        places: Range<usize>,
+        outputs: &mut [&mut [f64]],
+    ) -> Result<(), Fault> {
+        if places.len() < WORTHWHILE {
+            return self.each.run(inputs, places, outputs);
+        }
+        let columns = I::columns(inputs, places);
+        let rows = &mut *outputs[0];
+        let fill = |values: &mut [O::Value]| {
+            if (self.compute)(I::slices(&columns), values).is_err() {
+                unreachable!("every column is as long as the stretch");
+            }
+        };
+        if let Some(values) = O::view_mut(rows) {
+            fill(values);
+        } else {
+            let mut values: Vec<_> = rows.chunks_exact(O::LEN).map(O::read).collect();
+            fill(&mut values);
+            rows.chunks_exact_mut(O::LEN).zip(&values).for_each(|(row, value)| O::write(value, row));
+        }
+        Ok(())
+    }
+}
+
 /// Whether the threads that share large batches are in this process. They stay behind when it forks, and would be waited for
 /// forever; one thread gives the same bits.
 fn threads_are_here() -> bool {
@@ -215,20 +279,22 @@ fn threads_are_here() -> bool {
     *HOME.get_or_init(|| here) == here
 }
 
-/// Whether no number is NaN or infinite. Without a branch per number, so that it costs little.
-fn finite(numbers: &[f64]) -> bool {
-    numbers.iter().fold(true, |all, x| all & x.is_finite())
-}
-
 /// A class of operations: each a method on arrays, with the types of its rows and the formula, a call of the library.
 ///
 /// The brackets hold the parameters and bounds in which types and formulas are written; `new` stands before operations that have an
-/// answer for all arguments, `fallible` before those that do not.
+/// answer for all arguments, `fallible` before those that do not, `batch` before those that the library's `Batch` has by the same name.
 macro_rules! operations {
-    (@new $arguments:ty, $results:ty, $names:expr, $formula:expr) => {
+    (@batch $name:ident($($argument:ident),*) $arguments:ty, $results:ty, $names:expr, $formula:expr) => {
+        $crate::operation::Operation::batch::<$arguments, $results, _, _>(
+            $names,
+            $formula,
+            |($($argument,)*), out| boxplus::lie::Batch::OneCore.$name($($argument,)* out),
+        )
+    };
+    (@new $name:ident($($argument:ident),*) $arguments:ty, $results:ty, $names:expr, $formula:expr) => {
         $crate::operation::Operation::new::<$arguments, $results, _>($names, $formula)
     };
-    (@fallible $arguments:ty, $results:ty, $names:expr, $formula:expr) => {
+    (@fallible $name:ident($($argument:ident),*) $arguments:ty, $results:ty, $names:expr, $formula:expr) => {
         $crate::operation::Operation::fallible::<$arguments, $results, _, _>($names, $formula)
     };
     (
@@ -242,7 +308,8 @@ macro_rules! operations {
             $($name: $crate::operation::Operation,)*
         }
 
-        #[allow(clippy::wrong_self_convention)] // `self` is the table, not an element.
+        // `self` is the table, not an element; the arguments are those of the operation.
+        #[allow(clippy::wrong_self_convention, clippy::too_many_arguments)]
         #[pyo3::pymethods]
         impl $table {
             $(fn $name<'py>(
@@ -262,7 +329,7 @@ macro_rules! operations {
             {
                 Self {
                     $($name: $crate::operation::operations!(
-                        @$kind ($($slot,)*), $output, &[$(stringify!($argument)),*], |($($argument,)*)| $formula
+                        @$kind $name($($argument),*) ($($slot,)*), $output, &[$(stringify!($argument)),*], |($($argument,)*)| $formula
                     ),)*
                 }
             }

@@ -1,10 +1,10 @@
 //! Pose graphs: from arrays and files, to their optimum.
 #![allow(clippy::needless_pass_by_value)] // Arguments of Python are handed over.
 
-use crate::argument::Argument;
 use crate::error::{GraphError, ReadError, ShapeError};
-use crate::slot::{Element, Matrix, Slot};
-use boxplus::graph::{Algorithm, GraduatedLoss, Graduation, Initial, Iteration};
+use crate::slot::{Element, Matrix, Slot, rows};
+use crate::solve::{choice, initial, iteration_dict, named, observed, set_option};
+use boxplus::graph::{GraduatedLoss, Graduation, Iteration};
 use boxplus::io;
 use boxplus::lie::{SE2, SE3};
 use boxplus::pose_graph::solve::{Progress, solve_observed};
@@ -12,11 +12,10 @@ use boxplus::pose_graph::{
     Edge, Indefinite, Line, PoseGraph as Graph, PoseGraphError, SolveSettings, Solved, Vertex,
 };
 use numpy::{IxDyn, PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArray1};
-use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
+use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
 use std::ops::ControlFlow;
-use std::str::FromStr;
 
 type Pose2 = Element<SE2, 4>;
 type Pose3 = Element<SE3, 7>;
@@ -147,7 +146,7 @@ impl PoseGraph {
         let settings = self::settings(settings)?;
         let mut raised = None;
         let mut observe =
-            |step: Progress<'_>| match Python::attach(|py| observed(py, progress.as_ref(), &step)) {
+            |step: Progress<'_>| match Python::attach(|py| observed(py, progress.as_ref(), made(&step))) {
                 Ok(flow) => flow,
                 Err(error) => {
                     raised = Some(error);
@@ -193,39 +192,14 @@ impl PoseGraph {
     }
 }
 
-/// A choice by its name.
-fn choice<T: FromStr<Err: std::fmt::Display>>(name: &str) -> PyResult<T> {
-    name.parse().map_err(|error| PyValueError::new_err(format!("{name:?} is {error}")))
-}
-
-/// A choice from a list of names.
-fn named<T: Copy>(what: &str, name: &str, choices: &[(&str, T)]) -> PyResult<T> {
-    let found = choices.iter().find(|(known, _)| *known == name).map(|(_, choice)| *choice);
-    found.ok_or_else(|| {
-        let names: Vec<_> = choices.iter().map(|(name, _)| *name).collect();
-        PyValueError::new_err(format!("{what} is one of {}, not {name:?}", names.join(", ")))
-    })
-}
-
 /// The keywords of `solve` as settings of the library.
 fn settings(keywords: &Bound<'_, PyDict>) -> PyResult<SolveSettings> {
     let mut settings = SolveSettings::default();
-    let options = &mut settings.options;
     for (key, value) in keywords {
         let key: String = key.extract()?;
         match key.as_str() {
             "chart" => settings.chart = choice(value.extract()?)?,
-            "initial" => {
-                let choices = [
-                    Initial::Auto,
-                    Initial::AsGiven,
-                    Initial::SpanningTree,
-                    Initial::Chordal,
-                    Initial::Grown,
-                ]
-                .map(|x| (x.name(), x));
-                settings.initial = named("initial", value.extract()?, &choices)?;
-            }
+            "initial" => settings.initial = initial(&value)?,
             "robust" => {
                 let graduation = |loss| Graduation { loss, scale: None };
                 match value.extract()? {
@@ -241,55 +215,21 @@ fn settings(keywords: &Bound<'_, PyDict>) -> PyResult<SolveSettings> {
                     ("isotropic", Indefinite::Isotropic),
                     ("skip", Indefinite::Skip),
                 ];
-                settings.indefinite = named("indefinite", value.extract()?, &choices)?;
-            }
-            "algorithm" => {
-                let choices = [
-                    ("levenberg_marquardt", Algorithm::LevenbergMarquardt),
-                    ("gauss_newton", Algorithm::GaussNewton),
-                    ("dogleg", Algorithm::Dogleg),
-                ];
-                options.algorithm = named("algorithm", value.extract()?, &choices)?;
+                settings.indefinite = named("indefinite", &value, &choices)?;
             }
             "fixed" => settings.fixed = value.extract()?,
-            "max_iterations" => options.max_iterations = value.extract()?,
-            "relative_cost" => options.relative_cost = value.extract()?,
-            "gradient" => options.gradient = value.extract()?,
-            "step" => options.step = value.extract()?,
-            "threads" => options.threads = value.extract()?,
-            _ => return Err(PyValueError::new_err(format!("no setting is called {key:?}"))),
+            key => set_option(&mut settings.options, key, &value)?,
         }
     }
     Ok(settings)
 }
 
-/// Tells Python of a step, and asks it whether somebody wants to stop.
-fn observed(py: Python<'_>, progress: Option<&Py<PyAny>>, step: &Progress<'_>) -> PyResult<ControlFlow<()>> {
-    py.check_signals()?;
-    let (Some(progress), Progress::Iteration(iteration)) = (progress, step) else {
-        return Ok(ControlFlow::Continue(()));
-    };
-    let answer = progress.bind(py).call1((iteration_dict(py, iteration)?,))?;
-    let stop = answer.is_instance_of::<pyo3::types::PyBool>() && !answer.is_truthy()?;
-    Ok(if stop { ControlFlow::Break(()) } else { ControlFlow::Continue(()) })
-}
-
-fn iteration_dict<'py>(py: Python<'py>, iteration: &Iteration) -> PyResult<Bound<'py, PyDict>> {
-    let Iteration { cost, decrease, gain, damping, gradient, step, accepted, seconds } = iteration;
-    let told = PyDict::new(py);
-    let numbers = [
-        ("cost", cost),
-        ("decrease", decrease),
-        ("gain", gain),
-        ("damping", damping),
-        ("gradient", gradient),
-    ];
-    numbers
-        .into_iter()
-        .chain([("step", step), ("seconds", seconds)])
-        .try_for_each(|(key, x)| told.set_item(key, x))?;
-    told.set_item("accepted", accepted)?;
-    Ok(told)
+/// The trial step that was made, if it is one.
+fn made<'a>(progress: &Progress<'a>) -> Option<&'a Iteration> {
+    match progress {
+        Progress::Iteration(iteration) => Some(iteration),
+        _ => None,
+    }
 }
 
 /// How the solve went, as a dictionary.
@@ -330,22 +270,6 @@ fn refused(error: &PoseGraphError) -> PyErr {
         lines.extend(faults.iter().skip(1).take(9).map(ToString::to_string));
     }
     GraphError::new_err(lines.join("\n"))
-}
-
-/// The rows of an array (N, …).
-fn rows<S: Slot>(array: &Bound<'_, PyAny>, name: &str, count: usize) -> PyResult<Vec<S::Value>> {
-    let argument = Argument::new(array, name, S::SHAPE)?;
-    let batch = argument.batch(S::SHAPE.len());
-    if !(batch == [count] || batch.is_empty()) {
-        return Err(ShapeError::new_err(format!("{name}: {batch:?} values for {count} ids")));
-    }
-    let operand = argument.operand(S::SHAPE, S::LEN, &[count])?;
-    (0..count)
-        .map(|index| match operand.row(index) {
-            row if row.iter().all(|x| x.is_finite()) => Ok(S::read(row)),
-            _ => Err(crate::error::NotFiniteError::new_err(format!("{name}[{index}] is NaN or infinite"))),
-        })
-        .collect()
 }
 
 fn vertices<S: Slot>(

@@ -1,7 +1,10 @@
 //! Camera models against dual numbers, against themselves backwards, and against OpenCV.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use boxplus::camera::{Camera, DoubleSphere, KannalaBrandt, Pinhole, Snavely, Stereo, Unseen, View};
+use boxplus::camera::{
+    Camera, DoubleSphere, KannalaBrandt, LocateError, Pinhole, Projective, Snavely, Stereo, Unseen, View,
+    locate_camera, locate_point, poses_of_three,
+};
 use boxplus::lie::{Action, LieGroup, Manifold, Real, SE3};
 use nalgebra::{SMatrix, SVector, Vector3, vector};
 use num_dual::{Derivative, DualSVec64};
@@ -173,6 +176,45 @@ fn a_view_is_its_pose_and_its_camera() {
     assert!(view.sees(&p).is_ok());
 }
 
+/// The axioms of a manifold, and derivatives by dual numbers, near infinity and on both sides of it.
+#[test]
+fn projective_points_pass_through_infinity() {
+    let place = vector![1.0, -2.0, 4.0];
+    for extent in [2.0, 1e-3, 0.0, -1e-3, -2.0] {
+        let x = Projective::new(&place, extent);
+        for tau in
+            [Vector3::zeros(), vector![1e-9, 0.0, 2e-9], vector![0.4, -0.7, 0.2], vector![3.0, 2.0, -1.0]]
+        {
+            let (y, d_self, d_tau) = x.plus_jac(&tau);
+            assert!((y.minus(&x) - tau).norm() < 1e-14 * (1.0 + tau.norm_squared()), "{extent} {tau}");
+            let (_, d_y, d_x) = y.minus_jac(&x);
+            let over = |p: &Projective| p.map(DualSVec64::<3>::lit);
+            let t = tau.map(DualSVec64::<3>::lit);
+            close(
+                "⊞ by X",
+                &d_self,
+                &derivative(|e| over(&x).plus(e).plus(&t).minus(&over(&y)), &Vector3::zeros()),
+                1e-13,
+            );
+            close("⊞ by τ", &d_tau, &derivative(|t| over(&x).plus(t).minus(&over(&y)), &tau), 1e-13);
+            close(
+                "⊟ by Y",
+                &d_y,
+                &derivative(|e| over(&y).plus(e).minus(&over(&x)), &Vector3::zeros()),
+                1e-13,
+            );
+            close(
+                "⊟ by X",
+                &d_x,
+                &derivative(|e| over(&y).minus(&over(&x).plus(e)), &Vector3::zeros()),
+                1e-13,
+            );
+        }
+    }
+    assert!((Projective::new(&place, 2.0).place(2.0) - place).norm() < 1e-15);
+    assert!(Projective::new(&place, 0.0).place(1.0).iter().all(|x| x.is_finite()));
+}
+
 /// Values and derivatives of `scripts/camera_tables.py`.
 #[test]
 fn images_and_their_derivatives_are_those_of_opencv() {
@@ -199,4 +241,132 @@ fn images_and_their_derivatives_are_those_of_opencv() {
         }
     }
     assert_eq!(table.lines().count(), 141);
+}
+
+/// Six points before a camera, and where it sees them.
+fn sightings(pose: &SE3, noise: f64) -> Vec<(Vector3<f64>, nalgebra::Vector2<f64>)> {
+    let camera = Pinhole { distortion: [-0.2, 0.05, 1e-3, -5e-4, 0.0], ..PINHOLE };
+    let places = [
+        [1.0, 0.5, 5.0],
+        [-1.5, 0.2, 6.0],
+        [0.3, -1.4, 4.0],
+        [1.5, 1.0, 7.0],
+        [-0.8, -0.9, 3.5],
+        [0.0, 1.6, 8.0],
+    ];
+    let seen = places.iter().enumerate().map(|(i, p)| {
+        let l = pose.act(&Vector3::from(*p));
+        let shift = vector![(3.7 * i as f64).sin(), (5.1 * i as f64 + 1.0).cos()] * noise;
+        (l, camera.project(&Vector3::from(*p)).unwrap() + shift)
+    });
+    seen.collect()
+}
+
+#[test]
+fn three_points_tell_at_most_four_poses_and_the_truth_is_among_them() {
+    for k in 0..300 {
+        let number = |i: usize| (12.9898 * (k * 17 + i) as f64).sin() * 43758.5453 % 1.0;
+        let truth = SE3::exp(&SVector::from_fn(|i, _| 2.0 * number(i)));
+        let points: [Vector3<f64>; 3] = std::array::from_fn(|i| {
+            vector![2.0 * number(7 + i), 2.0 * number(11 + i), 4.0 + 2.0 * number(15 + i)]
+        });
+        let world = points.map(|p| truth.act(&p));
+        let found: Vec<SE3> = poses_of_three(&points.map(|p| p.normalize()), &world).collect();
+        let nearest = found.iter().map(|pose| pose.between(&truth).log().norm()).fold(9.0, f64::min);
+        assert!(nearest < 1e-6 && found.len() <= 4, "case {k}: {nearest:e} among {}", found.len()); // double roots: half the digits
+        for pose in &found {
+            for (l, p) in world.iter().zip(&points) {
+                assert!(pose.act_inverse(l).normalize().dot(&p.normalize()) > 1.0 - 1e-9, "case {k}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_camera_is_found_from_its_points_and_its_covariance_is_that_of_many_trials() {
+    const TRIALS: usize = 2000;
+    let camera = Pinhole { distortion: [-0.2, 0.05, 1e-3, -5e-4, 0.0], ..PINHOLE };
+    let truth = SE3::exp(&vector![0.3, -0.2, 0.1, 0.2, 0.4, -0.1]);
+    let exact = locate_camera(&camera, &sightings(&truth, 0.0), 0.5).unwrap();
+    assert!(exact.estimate.mean().between(&truth).log().norm() < 1e-9 && exact.rms < 1e-9);
+    // Mahalanobis distances of trials with noise of 0.5 pixels: six on average.
+    let (mut sum, mut state) = (0.0, 7_u64);
+    let mut uniform = || {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        ((state >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
+    };
+    for _ in 0..TRIALS {
+        let mut seen = sightings(&truth, 0.0);
+        for (_, pixel) in &mut seen {
+            let (r, turn) = ((-2.0 * uniform().ln()).sqrt(), std::f64::consts::TAU * uniform());
+            *pixel += 0.5 * r * vector![turn.cos(), turn.sin()];
+        }
+        let found = locate_camera(&camera, &seen, 0.5).unwrap();
+        let error = truth.rminus(found.estimate.mean());
+        sum += found.estimate.covariance().mahalanobis_squared(&error).unwrap();
+    }
+    let mean = sum / TRIALS as f64;
+    assert!((mean - 6.0).abs() < 4.0 * (12.0 / TRIALS as f64).sqrt(), "{mean}");
+}
+
+#[test]
+fn what_does_not_tell_a_place_is_refused_with_the_reason() {
+    let camera = Pinhole { distortion: [-0.2, 0.05, 1e-3, -5e-4, 0.0], ..PINHOLE };
+    let seen = sightings(&SE3::identity(), 0.0);
+    assert_eq!(locate_camera(&camera, &seen[..3], 0.5), Err(LocateError::TooFew { given: 3, needed: 4 }));
+    assert_eq!(locate_camera(&camera, &seen, 0.0), Err(LocateError::NotASigma { sigma: 0.0 }));
+    let line: Vec<_> = (0..5)
+        .map(|i| vector![f64::from(i), 0.5 * f64::from(i), 6.0 + f64::from(i)])
+        .map(|p| (p, camera.image(&p)))
+        .collect();
+    assert!(locate_camera(&camera, &line, 0.5).is_err());
+
+    let at = |x: f64| -> View<Pinhole, 9, 15> {
+        View {
+            world_from_camera: SE3::exp(&vector![x, 0.0, 0.0, 0.0, 0.0, 0.0]),
+            camera: Pinhole::new([500.0; 2], [0.0; 2]),
+        }
+    };
+    let point = vector![0.5, 0.2, 4.0];
+    let see = |x: f64| (at(x), at(x).image(&point));
+    assert!(matches!(locate_point(&[see(0.0), see(0.001)], 0.5), Err(LocateError::NoParallax { .. })));
+    assert_eq!(locate_point(&[see(0.0)], 0.5), Err(LocateError::TooFew { given: 1, needed: 2 }));
+    // Rays that meet behind both cameras.
+    let crossed = [(at(0.0), vector![-50.0, 0.0]), (at(1.0), vector![50.0, 0.0])];
+    assert!(matches!(locate_point(&crossed, 0.5), Err(LocateError::Unseen { unseen: Unseen::Behind, .. })));
+    // Depth is known to z²/(f·b)·σ√2 for two views: 4²/(500·1)·0.5·√2 = 2.3 cm.
+    let found = locate_point(&[see(0.0), see(1.0)], 0.5).unwrap();
+    assert!((found.estimate.mean().vector() - point).norm() < 1e-9);
+    assert!((found.estimate.sigmas()[2] / 0.0226 - 1.0).abs() < 0.05, "{}", found.estimate.sigmas());
+}
+
+/// `scripts/camera_tables.py`: cv2.solvePnP and cv2.triangulatePoints on the same numbers.
+#[test]
+fn poses_and_points_are_those_of_opencv() {
+    let table = include_str!("reference/locate.csv");
+    let row = |name: &str| -> Vec<f64> {
+        let line = table.lines().find(|line| line.starts_with(name)).unwrap();
+        line.split(',').skip(1).map(|x| x.parse().unwrap()).collect()
+    };
+    let camera = Pinhole::new([500.0, 510.0], [320.0, 240.0]);
+    let numbers = row("pnp");
+    let (pose, seen) = numbers.split_at(6);
+    let seen: Vec<_> = seen.chunks(5).map(|x| (vector![x[0], x[1], x[2]], vector![x[3], x[4]])).collect();
+    let found = locate_camera(&camera, &seen, 1.0).unwrap().estimate.mean().inverse();
+    let rotation: Vector3<f64> = found.rotation().log();
+    assert!((rotation - Vector3::from_row_slice(&pose[..3])).norm() < 1e-6, "{rotation}"); // OpenCV stops at 1e-7 or so
+    assert!(
+        (found.translation() - Vector3::from_row_slice(&pose[3..])).norm() < 1e-5,
+        "{}",
+        found.translation()
+    );
+
+    let numbers = row("triangulation");
+    let baseline = vector![numbers[3], 0.0, 0.0, 0.0, 0.0, 0.0];
+    let views: [View<Pinhole, 9, 15>; 2] =
+        [SE3::identity(), SE3::exp(&baseline)].map(|world_from_camera| View { world_from_camera, camera });
+    let seen = [(views[0], vector![numbers[4], numbers[5]]), (views[1], vector![numbers[6], numbers[7]])];
+    let point = locate_point(&seen, 1.0).unwrap().estimate.mean().vector();
+    // OpenCV's is linear: it minimises an algebraic error, which exact pixels make zero as well.
+    assert!((point - Vector3::from_row_slice(&numbers[..3])).norm() < 1e-6, "{point}");
 }

@@ -1,5 +1,7 @@
 //! boxplus itself, by the same protocol as its peers.
-use boxplus::lie::{Action, Real, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
+use boxplus::lie::{
+    Action, Batch, BatchGroup, LengthMismatch, LieGroup, Number, Real, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3,
+};
 use boxplus_group_peers::{Bench, Driver};
 use nalgebra::{SMatrix, SVector, Vector2, Vector3};
 
@@ -15,10 +17,25 @@ fn main() {
     both::<7, 3, Sim3<f64>, Sim3<f32>>(&driver, "Sim3");
 }
 
-fn both<const D: usize, const N: usize, F64: Stored<D, N>, F32: Stored<D, N>>(driver: &Driver, name: &'static str) {
-    driver.bench(name, "f64").iter().for_each(operations::<D, N, F64>);
-    driver.bench(name, "f32").iter().for_each(operations::<D, N, F32>);
+fn both<const D: usize, const N: usize, F64, F32>(driver: &Driver, name: &'static str)
+where
+    F64: Stored<D, N> + BatchGroup<D>,
+    F32: Stored<D, N> + BatchGroup<D>,
+    Wide<F64, D>: Action<D, N>,
+    Wide<F32, D>: Action<D, N>,
+{
+    if let Some(bench) = driver.bench(name, "f64") {
+        operations::<D, N, F64>(&bench);
+        batches::<D, N, F64>(&bench);
+    }
+    if let Some(bench) = driver.bench(name, "f32") {
+        operations::<D, N, F32>(&bench);
+        batches::<D, N, F32>(&bench);
+    }
 }
+
+/// What a batch of `G` computes with.
+type Wide<G, const D: usize> = <G as LieGroup<D>>::Over<<<G as LieGroup<D>>::Scalar as Number>::Lanes>;
 
 /// An element as a row of numbers.
 trait Stored<const D: usize, const N: usize>: Action<D, N> {
@@ -54,6 +71,34 @@ fn operations<const D: usize, const N: usize, G: Stored<D, N>>(bench: &Bench<'_>
     bench.cell("act_jac", |i| a[i].act_jac(&points[i]), |(y, j, k)| [flat(&y), flat(&j), flat(&k)].concat());
     bench.cell("rplus_jac", |i| a[i].rplus_jac(&tau[i]), two);
     bench.cell("rminus_jac", |i| b[i].rminus_jac(&a[i]), |(t, j, k)| [flat(&t), flat(&j), flat(&k)].concat());
+}
+
+/// The same on whole slices.
+fn batches<const D: usize, const N: usize, G: Stored<D, N> + BatchGroup<D>>(bench: &Bench<'_>)
+where
+    Wide<G, D>: Action<D, N>,
+{
+    let tau: Vec<SVector<G::Scalar, D>> = bench.tau.iter().map(|r| vector(r)).collect();
+    let points: Vec<SVector<G::Scalar, N>> = bench.point.iter().map(|r| vector(r)).collect();
+    let elements = |rows: &[Vec<f64>]| -> Vec<G> { rows.iter().map(|r| G::read(r)).collect() };
+    let (a, b, on) = (elements(&bench.a), elements(&bench.b), Batch::OneCore);
+    let filled = |result: Result<(), LengthMismatch>| result.expect("slices of one length");
+
+    let (x, t, j) = (G::identity(), SVector::<G::Scalar, D>::zeros(), SMatrix::<G::Scalar, D, D>::zeros());
+    bench.batch("exp", &x, |out| filled(on.exp(&tau, out)), |x| x.write());
+    bench.batch("log", &t, |out| filled(on.log(&a, out)), |t| flat(&t));
+    bench.batch("inverse", &x, |out| filled(on.inverse(&a, out)), |x| x.write());
+    bench.batch("compose", &x, |out| filled(on.compose(&a, &b, out)), |x| x.write());
+    bench.batch("between", &x, |out| filled(on.between(&a, &b, out)), |x| x.write());
+    bench.batch("act", &points[0], |out| filled(on.act(&a, &points, out)), |y| flat(&y));
+    bench.batch("rplus", &x, |out| filled(on.rplus(&a, &tau, out)), |x| x.write());
+    bench.batch("rminus", &t, |out| filled(on.rminus(&b, &a, out)), |t| flat(&t));
+    bench.batch("exp_jac", &(x, j), |out| filled(on.exp_jac(&tau, out)), |(x, j)| [x.write(), flat(&j)].concat());
+    bench.batch("log_jac", &(t, j), |out| filled(on.log_jac(&a, out)), |(t, j)| [flat(&t), flat(&j)].concat());
+    let rplus_row = |(x, j, k): (G, _, _)| [x.write(), flat(&j), flat(&k)].concat();
+    bench.batch("rplus_jac", &(x, j, j), |out| filled(on.rplus_jac(&a, &tau, out)), rplus_row);
+    let rminus_row = |(t, j, k)| [flat(&t), flat(&j), flat(&k)].concat();
+    bench.batch("rminus_jac", &(t, j, j), |out| filled(on.rminus_jac(&b, &a, out)), rminus_row);
 }
 
 fn vector<S: Real, const D: usize>(row: &[f64]) -> SVector<S, D> {

@@ -1,5 +1,5 @@
 //! What the examples on public logs share: where the data are, what is printed, what is drawn.
-#![allow(dead_code, unreachable_pub, reason = "each example takes what it needs")]
+#![allow(dead_code, unreachable_pub, unused_imports, reason = "each example takes what it needs")]
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "an example talks")]
 
 pub mod inertial;
@@ -9,9 +9,9 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use boxplus::io::IoError;
-use boxplus::recording::{Fates, Log, Score, Stamped, seconds};
-use boxplus_cli::draw::{Ellipse, ErrorChart, Panel, Run, Scene, png};
-use nalgebra::{Matrix3, Vector3};
+use boxplus::recording::{Fates, Log, Score, Stamped};
+pub use boxplus_cli::draw::{DEGREES, charts, in_plane, in_space, path};
+use boxplus_cli::draw::{Run, png};
 
 pub type Outcome<T> = Result<T, Box<dyn Error>>;
 
@@ -130,53 +130,6 @@ pub fn read_log<T>(
     let log = read(folder, path, reader)?;
     log.oddities.iter().for_each(|oddity| eprintln!("{path}: {oddity}"));
     Ok(log.samples)
-}
-
-/// The errors of some coordinates over time, each with its name and what its unit is multiplied by.
-pub fn charts<const D: usize>(score: &Score<D>, start_ns: i64, names: [(&str, f64); D]) -> Vec<ErrorChart> {
-    let chart = |(i, (name, factor)): (usize, &(&str, f64))| ErrorChart {
-        heading: (*name).to_owned(),
-        note: format!("{:.1} % inside 3σ", 100.0 * score.inside(i..i + 1, 3.0)),
-        times: score.judged.iter().map(|j| seconds(start_ns, j.stamp_ns)).collect(),
-        error: score.judged.iter().map(|j| j.error[i] * factor).collect(),
-        band: score.judged.iter().map(|j| 3.0 * j.sigmas[i] * factor).collect(),
-    };
-    names.iter().enumerate().map(chart).collect()
-}
-
-/// Degrees in a radian, for charts.
-pub const DEGREES: f64 = 180.0 / std::f64::consts::PI;
-
-/// A path with its band beside the truth: positions, and their covariances in the axes of the world.
-pub fn path(
-    spatial: bool,
-    band: Vec<Ellipse>,
-    truth: Vec<Vector3<f64>>,
-    landmarks: Vec<Vector3<f64>>,
-) -> Panel {
-    let tracks = vec![band.iter().map(|ellipse| ellipse.centre).collect()];
-    let length: f64 = truth.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum();
-    Panel {
-        heading: if spatial { "In space" } else { "From above" }.to_owned(),
-        note: if truth.is_empty() { String::new() } else { format!("{length:.0} m") },
-        scene: Scene { spatial, tracks, truth, band, landmarks, ..Scene::default() },
-    }
-}
-
-/// A position in the plane with the covariance of the local error, told in the axes of the world.
-pub fn in_plane(belief: &boxplus::uncertainty::Gaussian<boxplus::lie::SE2, 3>) -> Ellipse {
-    let turn = belief.mean().rotation().to_matrix();
-    let turned = turn * belief.covariance().matrix().fixed_view::<2, 2>(0, 0) * turn.transpose();
-    let mut covariance = Matrix3::zeros();
-    covariance.fixed_view_mut::<2, 2>(0, 0).copy_from(&turned);
-    Ellipse { centre: belief.mean().translation().push(0.0), covariance }
-}
-
-/// The same in space.
-pub fn in_space(belief: &boxplus::uncertainty::Gaussian<boxplus::lie::SE3, 6>) -> Ellipse {
-    let turn = belief.mean().rotation().to_matrix();
-    let covariance = turn * belief.covariance().matrix().fixed_view::<3, 3>(0, 0) * turn.transpose();
-    Ellipse { centre: belief.mean().translation(), covariance }
 }
 
 /// The main numbers, in one line.

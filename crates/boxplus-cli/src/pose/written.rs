@@ -9,8 +9,10 @@ use serde::de::DeserializeOwned;
 
 use super::args::{Convention, Options, SideName};
 use crate::error::Error;
-use crate::excerpt::Excerpt;
 use crate::output::is_standard;
+use crate::settings::{fault, toml};
+
+const HELP: &str = "a pose is [pose.NAME] with position and a rotation; see `boxplus pose --help`";
 
 /// One pose, or a point, before it is looked at.
 #[derive(Clone, Debug, Deserialize)]
@@ -71,8 +73,11 @@ impl Library {
         for path in &options.file {
             let name = if is_standard(path) { "<stdin>".to_owned() } else { path.display().to_string() };
             let text = text(path).map_err(|source| Error::Read { path: name.clone().into(), source })?;
-            let file: File =
-                if text.trim_start().starts_with('{') { json(&name, &text)? } else { toml(&name, &text)? };
+            let file: File = if text.trim_start().starts_with('{') {
+                json(&name, &text)?
+            } else {
+                toml(&name, &text, HELP)?
+            };
             library.poses.extend(file.pose);
             library.correlations.extend(file.correlation);
         }
@@ -82,7 +87,7 @@ impl Library {
     /// The pose that a word of the command line means.
     pub fn find(&self, word: &str) -> Result<Named, Error> {
         if word.contains('=') {
-            let written: Alone = toml("<argument>", &format!("it = {{ {word} }}\n"))?;
+            let written: Alone = toml("<argument>", &format!("it = {{ {word} }}\n"), HELP)?;
             return Ok(Named { name: word.to_owned(), written: written.it });
         }
         if let Some(written) = self.poses.get(word) {
@@ -125,23 +130,10 @@ fn text(path: &Path) -> io::Result<String> {
     if is_standard(path) { io::read_to_string(io::stdin().lock()) } else { fs::read_to_string(path) }
 }
 
-fn toml<T: DeserializeOwned>(name: &str, text: &str) -> Result<T, Error> {
-    toml::from_str(text).map_err(|error| {
-        let span = error.span().unwrap_or(0..0);
-        fault(name, text, span, error.message())
-    })
-}
-
 fn json<T: DeserializeOwned>(name: &str, text: &str) -> Result<T, Error> {
     serde_json::from_str(text).map_err(|error| {
         let line: usize = text.split_inclusive('\n').take(error.line().saturating_sub(1)).map(str::len).sum();
         let at = line + error.column().saturating_sub(1);
-        fault(name, text, at..at + 1, &error.to_string())
+        fault(name, text, at..at + 1, &error.to_string(), HELP)
     })
-}
-
-fn fault(name: &str, text: &str, span: std::ops::Range<usize>, message: &str) -> Error {
-    let help = "a pose is [pose.NAME] with position and a rotation; see `boxplus pose --help`".to_owned();
-    let excerpt = Excerpt::new(name, text.as_bytes(), span);
-    Error::malformed(message.trim_end().to_owned(), help, excerpt, "here".to_owned())
 }

@@ -9,28 +9,48 @@ import numpy.typing as npt
 _Floats: TypeAlias = npt.NDArray[np.float64]
 _Scalars: TypeAlias = float | npt.NDArray[np.float64]
 _Ids: TypeAlias = npt.NDArray[np.uint64]
+_Numbers: TypeAlias = npt.NDArray[np.uint32]
+_Certainty: TypeAlias = tuple[str, object, str]
+_Places: TypeAlias = tuple[int, int]
 
 __all__ = [
     "Error",
+    "Estimate",
+    "FactorGraph",
+    "FilterError",
     "Gaussians",
     "GraphError",
     "Group",
     "LieError",
+    "Marginals",
     "Matrices",
     "NotFiniteError",
     "PoseGraph",
+    "Predictions",
     "R1",
     "R1_global",
+    "R1_global_filter",
     "R1_local",
+    "R1_local_filter",
+    "R1_sensors",
     "R2",
     "R2_global",
+    "R2_global_filter",
     "R2_local",
+    "R2_local_filter",
+    "R2_sensors",
     "R3",
     "R3_global",
+    "R3_global_filter",
     "R3_local",
+    "R3_local_filter",
+    "R3_sensors",
     "R4",
     "R4_global",
+    "R4_global_filter",
     "R4_local",
+    "R4_local_filter",
+    "R4_sensors",
     "R5",
     "R6",
     "ReadError",
@@ -38,37 +58,63 @@ __all__ = [
     "SE2",
     "SE23",
     "SE23_global",
+    "SE23_global_filter",
     "SE23_local",
+    "SE23_local_filter",
     "SE23_matrices",
+    "SE23_sensors",
     "SE2_global",
+    "SE2_global_filter",
     "SE2_local",
+    "SE2_local_filter",
     "SE2_matrices",
+    "SE2_sensors",
     "SE3",
     "SE3_global",
+    "SE3_global_filter",
     "SE3_local",
+    "SE3_local_filter",
     "SE3_matrices",
+    "SE3_sensors",
     "SGal3",
     "SGal3_global",
+    "SGal3_global_filter",
     "SGal3_local",
+    "SGal3_local_filter",
     "SGal3_matrices",
+    "SGal3_sensors",
     "SO2",
     "SO2_global",
+    "SO2_global_filter",
     "SO2_local",
+    "SO2_local_filter",
     "SO2_matrices",
+    "SO2_sensors",
     "SO3",
     "SO3_global",
+    "SO3_global_filter",
     "SO3_local",
+    "SO3_local_filter",
     "SO3_matrices",
+    "SO3_sensors",
+    "Sensors",
     "ShapeError",
     "Sim2",
     "Sim2_global",
+    "Sim2_global_filter",
     "Sim2_local",
+    "Sim2_local_filter",
     "Sim2_matrices",
+    "Sim2_sensors",
     "Sim3",
     "Sim3_global",
+    "Sim3_global_filter",
     "Sim3_local",
+    "Sim3_local_filter",
     "Sim3_matrices",
+    "Sim3_sensors",
     "UncertaintyError",
+    "Updates",
     "__version__",
     "from_euler",
     "from_euler_jac",
@@ -89,6 +135,9 @@ class NotFiniteError(Error):
 
 class UncertaintyError(Error):
     """Numbers that are no uncertainty, or an operation that has no answer."""
+
+class FilterError(Error):
+    """A filter cannot take a step; the belief is as it was."""
 
 class ReadError(Error):
     """A file is malformed; the message names the line, the column and what was expected."""
@@ -273,6 +322,72 @@ class PoseGraph:
     def chi2(self, settings: dict[str, object]) -> _Floats: ...
     def position_covariances(self, ids: _Ids, settings: dict[str, object]) -> tuple[_Ids, _Floats]: ...
 
+@final
+class FactorGraph:
+    def __new__(cls) -> FactorGraph: ...
+    def counts(self) -> tuple[int, int]: ...
+    def add_variables(self, kind: str, numbers: object) -> int: ...
+    def declare(self, kind: str, count: int) -> int: ...
+    def hold(self, kind: str, numbers: _Numbers, held: bool) -> None: ...
+    def add_priors(self, kind: str, x: _Numbers, mean: object, certainty: _Certainty) -> _Places: ...
+    def add_displacements(
+        self, kind: str, a: _Numbers, b: _Numbers, measured: object, certainty: _Certainty
+    ) -> _Places: ...
+    def add_sightings(
+        self, planar: bool, poses: _Numbers, points: _Numbers, seen: object, certainty: _Certainty
+    ) -> _Places: ...
+    def add_bearings(
+        self, planar: bool, poses: _Numbers, points: _Numbers, measured: object, certainty: _Certainty
+    ) -> _Places: ...
+    def add_ranges(
+        self, kinds: tuple[str, str], a: _Numbers, b: _Numbers, measured: object, certainty: _Certainty
+    ) -> _Places: ...
+    def add_user_factors(
+        self,
+        variables: list[tuple[str, _Numbers]],
+        dimension: int,
+        function: Callable[..., object],
+        relative: bool,
+        certainty: _Certainty,
+    ) -> _Places: ...
+    def initial(self) -> Estimate: ...
+    def solve(
+        self, settings: dict[str, object], progress: Callable[..., object] | None
+    ) -> tuple[Estimate, dict[str, object]]: ...
+    def cost(self, estimate: Estimate) -> float: ...
+    def chi2(self, estimate: Estimate, places: _Places) -> _Floats: ...
+    def marginals(self, estimate: Estimate) -> Marginals: ...
+
+@final
+class Estimate:
+    def get(self, kind: str, numbers: _Numbers) -> _Floats: ...
+
+@final
+class Marginals:
+    def covariances(self, estimate: Estimate, kind: str, numbers: _Numbers) -> _Floats: ...
+    def joint(self, estimate: Estimate, variables: list[tuple[str, _Numbers]]) -> _Floats: ...
+    def held(self) -> list[str]: ...
+
+@final
+class Predictions:
+    def computed(
+        self, mean: object, covariance: object, next: object, transition: object, noise: object
+    ) -> tuple[_Floats, _Floats]: ...
+    def odometry(self, mean: object, covariance: object, step: object, noise: object) -> tuple[_Floats, _Floats]: ...
+
+@final
+class Updates:
+    def update(
+        self, mean: object, covariance: object, innovation: object, jacobian: object, noise: object, gate: object
+    ) -> tuple[_Floats, _Floats, _Floats, _Scalars, _Scalars]: ...
+
+@final
+class Sensors:
+    def sighting(self, x: object, landmark: object, measured: object) -> tuple[_Floats, _Floats]: ...
+    def position_fix(self, x: object, antenna: object, measured: object) -> tuple[_Floats, _Floats]: ...
+    def vector_sighting(self, x: object, reference: object, measured: object) -> tuple[_Floats, _Floats]: ...
+    def range(self, x: object, beacon: object, antenna: object, measured: object) -> tuple[_Floats, _Floats]: ...
+
 rotations: Rotations
 SO2: Group
 SO2_matrices: Matrices
@@ -320,3 +435,39 @@ R3_local: Gaussians
 R3_global: Gaussians
 R4_local: Gaussians
 R4_global: Gaussians
+SO2_sensors: Sensors
+SO2_local_filter: tuple[Predictions, tuple[Updates, ...]]
+SO2_global_filter: tuple[Predictions, tuple[Updates, ...]]
+SO3_sensors: Sensors
+SO3_local_filter: tuple[Predictions, tuple[Updates, ...]]
+SO3_global_filter: tuple[Predictions, tuple[Updates, ...]]
+SE2_sensors: Sensors
+SE2_local_filter: tuple[Predictions, tuple[Updates, ...]]
+SE2_global_filter: tuple[Predictions, tuple[Updates, ...]]
+SE3_sensors: Sensors
+SE3_local_filter: tuple[Predictions, tuple[Updates, ...]]
+SE3_global_filter: tuple[Predictions, tuple[Updates, ...]]
+SE23_sensors: Sensors
+SE23_local_filter: tuple[Predictions, tuple[Updates, ...]]
+SE23_global_filter: tuple[Predictions, tuple[Updates, ...]]
+SGal3_sensors: Sensors
+SGal3_local_filter: tuple[Predictions, tuple[Updates, ...]]
+SGal3_global_filter: tuple[Predictions, tuple[Updates, ...]]
+Sim2_sensors: Sensors
+Sim2_local_filter: tuple[Predictions, tuple[Updates, ...]]
+Sim2_global_filter: tuple[Predictions, tuple[Updates, ...]]
+Sim3_sensors: Sensors
+Sim3_local_filter: tuple[Predictions, tuple[Updates, ...]]
+Sim3_global_filter: tuple[Predictions, tuple[Updates, ...]]
+R1_sensors: Sensors
+R1_local_filter: tuple[Predictions, tuple[Updates, ...]]
+R1_global_filter: tuple[Predictions, tuple[Updates, ...]]
+R2_sensors: Sensors
+R2_local_filter: tuple[Predictions, tuple[Updates, ...]]
+R2_global_filter: tuple[Predictions, tuple[Updates, ...]]
+R3_sensors: Sensors
+R3_local_filter: tuple[Predictions, tuple[Updates, ...]]
+R3_global_filter: tuple[Predictions, tuple[Updates, ...]]
+R4_sensors: Sensors
+R4_local_filter: tuple[Predictions, tuple[Updates, ...]]
+R4_global_filter: tuple[Predictions, tuple[Updates, ...]]

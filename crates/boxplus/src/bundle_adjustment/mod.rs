@@ -15,6 +15,9 @@
 //!   away as it was.
 //! - **Points behind cameras** have images by the formula, and public problems hold some. They are counted before and after,
 //!   and [`Behind`] says whether they take part.
+//! - **Far points** have rays so nearly parallel that noise may make them meet behind the cameras: there the cost is least. Points are
+//!   [`Projective`](crate::camera::Projective) while they are estimated, so that they get to infinity, and beyond, in a few steps;
+//!   with coordinates in space, as most solvers have them, they go half of the way a step, and the cost creeps.
 //! - **A point seen once** fits whatever the camera does; it says nothing of it. [`Fault::SeenOnce`] counts them.
 
 mod faults;

@@ -221,7 +221,7 @@ fn street(options: &Options) -> Scene {
     Scene { poses: poses.collect(), wall: Box::new(wall) }
 }
 
-/// Blocks of 30 m, streets of 16 m, and a drive along every street of one direction, then of the other.
+/// Blocks of 30 m, streets of 16 m with houses also beyond their ends, and a drive along every street of one direction, then of the other.
 fn city(options: &Options) -> Scene {
     const PITCH: f64 = 46.0;
     let streets = ((options.views as f64).sqrt() / 3.0).ceil().max(2.0);
@@ -239,7 +239,7 @@ fn city(options: &Options) -> Scene {
         }
     });
     let wall = move |rng: &mut ChaCha8Rng| {
-        let corner = [0, 1].map(|_| rng.random_range(0.0..streets - 1.0).floor() * PITCH + 8.0);
+        let corner = [0, 1].map(|_| rng.random_range(-1.0..streets).floor() * PITCH + 8.0);
         let (along, height) = (rng.random_range(0.0..30.0), rng.random_range(0.0..9.0));
         let (far, swapped) = (rng.random_bool(0.5), rng.random_bool(0.5));
         let (out, sign) = if far { (30.0, 1.0) } else { (0.0, -1.0) };

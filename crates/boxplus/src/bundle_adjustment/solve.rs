@@ -3,12 +3,13 @@
 use core::ops::ControlFlow;
 
 use super::{BalView, Bundle, Fault, Gauge, Observation, Severity};
-use crate::camera::{Snavely, View};
+use crate::camera::{Projective, Snavely, View};
 use crate::graph::{
-    Graph, GraphError, Iteration, Kernel, Key, Noise, Reprojection, ReprojectionOwn, ReprojectionShared,
-    SolveOptions, SolveReport, Values,
+    Graph, GraphError, Iteration, Kernel, Key, Noise, ReprojectionOwn, ReprojectionShared, SolveOptions,
+    SolveReport, Values, Variable,
 };
-use crate::lie::{Rn, SE3};
+use crate::lie::SE3;
+use nalgebra::Vector3;
 
 /// What is estimated of the cameras.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -112,7 +113,7 @@ pub struct Solved {
     pub used: usize,
     /// Observations of points that their view does not see: at the start.
     pub unseen_before: usize,
-    /// And at the optimum.
+    /// And at the optimum, where it may be more: rays that meet under hardly any parallax may well meet behind the cameras.
     pub unseen_after: usize,
     /// |r|² of every observation at the optimum, in pixels squared, without kernel; also of those left out.
     pub squared: Vec<f64>,
@@ -193,27 +194,64 @@ fn check(bundle: &Bundle, settings: &Settings) -> Result<(), BundleError> {
     }
 }
 
-/// The bundle as factors.
+/// The bundle as factors, in a world whose origin is amid the views and whose unit is about the distance of points: to homogeneous
+/// coordinates both matter.
 struct Problem {
     graph: Graph,
     values: Values,
     views: Views,
-    points: Vec<Key<Rn<3>>>,
+    points: Vec<Key<Projective>>,
+    frame: Frame,
 }
 
 /// The variables of the views.
 enum Views {
+    /// Pose and camera as one.
     Own(Vec<Key<BalView>>),
-    Shared(Vec<Key<SE3>>, Key<Snavely>),
-    Known(Vec<Key<SE3>>),
+    /// Poses, and for each the camera: one and the same, or held.
+    Apart(Vec<Key<SE3>>, Vec<Key<Snavely>>),
+}
+
+/// Where the world of the variables has its origin, and its unit.
+#[derive(Clone, Copy)]
+struct Frame {
+    origin: Vector3<f64>,
+    unit: f64,
+}
+
+impl Frame {
+    fn of(bundle: &Bundle) -> Self {
+        let places = bundle.views.iter().map(|view| view.world_from_camera.translation());
+        let origin = places.sum::<Vector3<f64>>() / bundle.views.len().max(1) as f64;
+        let mut distances: Vec<f64> = bundle.points.iter().map(|p| (p - origin).norm()).collect();
+        distances.sort_unstable_by(f64::total_cmp);
+        let median = distances.get(distances.len() / 2).copied().unwrap_or(1.0);
+        Self { origin, unit: if median > 0.0 { median } else { 1.0 } }
+    }
+
+    fn enter(self, view: &BalView) -> BalView {
+        let pose = view.world_from_camera;
+        let place = (pose.translation() - self.origin) / self.unit;
+        BalView { world_from_camera: SE3::new(pose.rotation(), place), ..*view }
+    }
+
+    fn leave(self, view: &BalView) -> BalView {
+        let pose = view.world_from_camera;
+        let place = self.origin + pose.translation() * self.unit;
+        BalView { world_from_camera: SE3::new(pose.rotation(), place), ..*view }
+    }
 }
 
 impl Problem {
     fn new(bundle: &Bundle, settings: &Settings) -> Self {
-        let mut values = Values::new();
-        let views = Views::new(bundle, settings, &mut values);
-        let number = |(i, p): (usize, &nalgebra::Vector3<f64>)| values.insert_labelled(Rn::new(*p), i as u64);
-        let points: Vec<_> = bundle.points.iter().enumerate().map(number).collect();
+        let (mut values, frame) = (Values::new(), Frame::of(bundle));
+        let views = Views::new(bundle, settings, frame, &mut values);
+        let points = bundle
+            .points
+            .iter()
+            .zip(0..)
+            .map(|(p, i)| values.insert_labelled(Projective::new(&(p - frame.origin), frame.unit), i));
+        let points: Vec<_> = points.collect();
         let mut graph = Graph::new();
         for o in bundle.observations.iter().filter(|o| takes_part(bundle, settings, o)) {
             let (view, point) = (o.view as usize, points[o.point as usize]);
@@ -222,74 +260,68 @@ impl Problem {
                 Views::Own(keys) => {
                     graph.add_robust((keys[view], point), ReprojectionOwn::new(o.pixel), noise, kernel)
                 }
-                Views::Shared(keys, camera) => {
-                    let factor = ReprojectionShared::<Snavely, 2, 3>::new(o.pixel);
-                    graph.add_robust((keys[view], point, *camera), factor, noise, kernel)
-                }
-                Views::Known(keys) => {
-                    let factor = Reprojection::new(bundle.views[view].camera, o.pixel);
-                    graph.add_robust((keys[view], point), factor, noise, kernel)
+                Views::Apart(poses, cameras) => {
+                    let keys = (poses[view], point, cameras[view]);
+                    graph.add_robust(keys, ReprojectionShared::new(o.pixel), noise, kernel)
                 }
             };
         }
-        Self { graph, values, views, points }
+        Self { graph, values, views, points, frame }
     }
 
-    /// The bundle with the values of the variables.
+    /// The bundle with the values of the variables. What did not move keeps its bits.
     fn read(&self, bundle: &Bundle, values: &Values) -> Bundle {
         let mut read = bundle.clone();
-        for (point, key) in read.points.iter_mut().zip(&self.points) {
-            *point = values.get(*key).map_or(*point, Rn::vector);
+        for (point, &key) in read.points.iter_mut().zip(&self.points) {
+            if let Some(found) = values.get(key).filter(|found| self.values.get(key) != Some(found)) {
+                *point = self.frame.origin + found.place(self.frame.unit);
+            }
         }
-        let camera = match &self.views {
-            Views::Shared(_, key) => values.get(*key).copied(),
-            _ => None,
-        };
         for (i, view) in read.views.iter_mut().enumerate() {
-            let found = match &self.views {
-                Views::Own(keys) => values.get(keys[i]).copied(),
-                Views::Shared(keys, _) | Views::Known(keys) => {
-                    values.get(keys[i]).map(|&world_from_camera| View {
-                        world_from_camera,
-                        camera: camera.unwrap_or(view.camera),
-                    })
-                }
-            };
-            *view = found.unwrap_or(*view);
+            let (from, to) = (self.views.get(i, &self.values), self.views.get(i, values));
+            if from != to {
+                *view = to.map_or(*view, |to| self.frame.leave(&to));
+            }
         }
         read
     }
 }
 
 impl Views {
-    fn new(bundle: &Bundle, settings: &Settings, values: &mut Values) -> Self {
-        let views = || bundle.views.iter().zip(0_u64..);
+    fn new(bundle: &Bundle, settings: &Settings, frame: Frame, values: &mut Values) -> Self {
+        let views: Vec<_> = bundle.views.iter().map(|view| frame.enter(view)).zip(0_u64..).collect();
         let held = |i: u64| settings.fixed.contains(&(i as usize));
         if settings.intrinsics == Intrinsics::Own {
-            let keys = views().map(|(view, i)| {
-                let key = values.insert_labelled(*view, i);
-                if held(i) {
-                    values.hold(key);
-                }
-                key
-            });
-            return Self::Own(keys.collect());
+            return Self::Own(views.iter().map(|(view, i)| insert(values, *view, *i, held(*i))).collect());
         }
-        let keys = views().map(|(view, i)| {
-            let key = values.insert_labelled(view.world_from_camera, i);
-            if held(i) {
-                values.hold(key);
+        let poses = views.iter().map(|(view, i)| insert(values, view.world_from_camera, *i, held(*i)));
+        let poses = poses.collect();
+        let cameras = match (settings.intrinsics, views.first()) {
+            (Intrinsics::Shared, Some((first, _))) => {
+                vec![insert(values, first.camera, 0, false); views.len()]
             }
-            key
-        });
-        let keys = keys.collect();
-        match bundle.views.first() {
-            Some(view) if settings.intrinsics == Intrinsics::Shared => {
-                Self::Shared(keys, values.insert_labelled(view.camera, 0))
+            _ => views.iter().map(|(view, i)| insert(values, view.camera, *i, true)).collect(),
+        };
+        Self::Apart(poses, cameras)
+    }
+
+    fn get(&self, i: usize, values: &Values) -> Option<BalView> {
+        match self {
+            Self::Own(keys) => values.get(keys[i]).copied(),
+            Self::Apart(poses, cameras) => {
+                let (pose, camera) = (values.get(poses[i])?, values.get(cameras[i])?);
+                Some(View { world_from_camera: *pose, camera: *camera })
             }
-            _ => Self::Known(keys),
         }
     }
+}
+
+fn insert<V: Variable>(values: &mut Values, value: V, label: u64, held: bool) -> Key<V> {
+    let key = values.insert_labelled(value, label);
+    if held {
+        values.hold(key);
+    }
+    key
 }
 
 fn takes_part(bundle: &Bundle, settings: &Settings, observation: &Observation) -> bool {

@@ -37,7 +37,9 @@
 
 mod double_sphere;
 mod kannala_brandt;
+mod locate;
 mod pinhole;
+mod projective;
 mod radial;
 mod snavely;
 mod stereo;
@@ -45,7 +47,9 @@ mod view;
 
 pub use double_sphere::DoubleSphere;
 pub use kannala_brandt::KannalaBrandt;
+pub use locate::{LocateError, Located, locate_camera, locate_point, poses_of_three};
 pub use pinhole::Pinhole;
+pub use projective::Projective;
 pub use snavely::Snavely;
 pub use stereo::Stereo;
 #[cfg(feature = "solve")]

@@ -54,12 +54,25 @@ impl<C: Manifold<P>, const P: usize, const D: usize> View<C, P, D> {
         C: Camera<R, P>,
     {
         let p = self.world_from_camera.act_inverse(p_world);
-        let (image, d_p, d_intrinsics) = self.camera.image_jac(&p);
-        let (d_pose, d_world) = through_pose(&d_p, &p, &self.world_from_camera);
+        let (image, d_view, d_p) = self.image_of(&p, C::Scalar::lit(1.0));
+        (image, d_view, d_p * self.world_from_camera.rotation().to_matrix().transpose())
+    }
+
+    /// The image of p = Rᵀ·(l − w·t), up to scale, with its derivatives by the view and by p: R×D and R×3.
+    #[inline]
+    pub(crate) fn image_of<const R: usize>(
+        &self,
+        p: &Vector3<C::Scalar>,
+        w: C::Scalar,
+    ) -> Viewed<C::Scalar, R, D>
+    where
+        C: Camera<R, P>,
+    {
+        let (image, d_p, d_intrinsics) = self.camera.image_jac(p);
         let mut d_view = SMatrix::zeros();
-        Self::POSE.set_columns(&mut d_view, &d_pose);
+        Self::POSE.set_columns(&mut d_view, &through_pose(&d_p, p, w));
         Self::INTRINSICS.set_columns(&mut d_view, &d_intrinsics);
-        (image, d_view, d_world)
+        (image, d_view, d_p)
     }
 
     /// Whether it sees a point of the world.
@@ -90,23 +103,23 @@ impl<C: Manifold<P>, const P: usize, const D: usize> View<C, P, D> {
     }
 }
 
-/// The derivatives of p = X⁻¹·l carried through those of an image by p: R×6 by the pose X, local side, and R×3 by the point l.
+/// The derivative of p = Rᵀ·(l − w·t) by the pose, local side, carried through that of an image by p: R×6.
 ///
-/// ∂p/∂X = \[−I, p^\] and ∂p/∂l = Rᵀ; a row r times p^ is the cross product r × p.
+/// ∂p/∂X = \[−w·I, p^\]; a row r times p^ is the cross product r × p.
 #[inline]
 pub(crate) fn through_pose<S: Real, const R: usize>(
     d_p: &SMatrix<S, R, 3>,
     p: &Vector3<S>,
-    pose: &SE3<S>,
-) -> (SMatrix<S, R, 6>, SMatrix<S, R, 3>) {
+    w: S,
+) -> SMatrix<S, R, 6> {
     let mut d_pose = SMatrix::<S, R, 6>::zeros();
     for (mut row, d) in d_pose.row_iter_mut().zip(d_p.row_iter()) {
         let d = vector![d[0], d[1], d[2]];
-        let turned = d.cross(p);
-        (row[0], row[1], row[2]) = (-d.x, -d.y, -d.z);
+        let (moved, turned) = (d * -w, d.cross(p));
+        (row[0], row[1], row[2]) = (moved.x, moved.y, moved.z);
         (row[3], row[4], row[5]) = (turned.x, turned.y, turned.z);
     }
-    (d_pose, d_p * pose.rotation().to_matrix().transpose())
+    d_pose
 }
 
 impl<C: Manifold<P>, const P: usize, const D: usize> Manifold<D> for View<C, P, D> {

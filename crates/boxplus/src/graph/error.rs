@@ -39,6 +39,14 @@ pub enum GraphError {
         /// The first such factor.
         factor: FactorName,
     },
+    /// Factors that are computed together do not read variables of the same kinds, or not equally many.
+    #[error(
+        "the variables of {factors} factors must come as one to four columns, each of one kind and {factors} long"
+    )]
+    UnevenBatch {
+        /// How many factors have a noise.
+        factors: usize,
+    },
     /// A matrix holds NaN or infinity.
     #[error("the matrix holds a number that is not finite")]
     NotFinite,

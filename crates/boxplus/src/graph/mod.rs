@@ -40,7 +40,10 @@ mod names;
 mod noise;
 mod renewal;
 mod set;
+#[cfg(feature = "rand")]
+mod simulations;
 mod solve;
+mod together;
 mod values;
 mod variable;
 
@@ -49,11 +52,12 @@ pub use diagnose::{FreeCoordinate, Unconstrained};
 pub use error::GraphError;
 pub use factor::{Factor, FactorId, MAX_ARITY, Variables, dual_jacobians};
 
+pub use crate::label::{Label, NoLabel};
 pub use crate::robust::{Kernel, KernelError};
 pub use factors::{
-    Bearing2, Bearing3, Between, Chart, Chordal, Difference, G2o, Inertial, InertialUnderGravity,
-    Interpolated, Log, MotionPrior, OnSpline, Position, Prior, Product, Range, Reprojection, ReprojectionOwn,
-    ReprojectionShared, Sighting2, Sighting3, SplineImu, Velocity,
+    Bearing2, Bearing3, Between, CalibratedOdometry, Chart, Chordal, Difference, G2o, Inertial,
+    InertialUnderGravity, Interpolated, Log, MotionPrior, OnSpline, Position, Prior, Product, Range,
+    Reprojection, ReprojectionOwn, ReprojectionShared, Sighting2, Sighting3, SplineImu, Velocity,
 };
 #[cfg(feature = "io")]
 pub(crate) use factors::{isotropic_information, isotropic_weights};
@@ -62,6 +66,8 @@ pub use marginals::Marginals;
 pub use names::{FactorName, VariableName};
 pub use noise::Noise;
 pub use renewal::{Renewal, Renewed};
+#[cfg(feature = "rand")]
+pub use simulations::{BeaconDrive, Driven, Nees, Sees};
 #[cfg(feature = "io")]
 pub(crate) use solve::Pace;
 #[cfg(feature = "io")]
@@ -70,9 +76,11 @@ pub use solve::{
     Algorithm, Graduated, GraduatedLoss, Graduation, Iteration, Seconds, Solution, SolveOptions, SolveReport,
     Termination,
 };
+pub use together::FactorBatch;
 pub use values::{Key, Values, VariableId};
 pub use variable::{
-    Carries, GroupVariable, ImageVariable, JacobianBlock, Located, TangentResidual, Variable, derivative,
+    CameraVariable, Carries, GroupVariable, JacobianBlock, Located, PointVariable, TangentResidual, Variable,
+    ViewVariable, derivative,
 };
 
 use core::ops::ControlFlow;
@@ -284,7 +292,7 @@ impl Graph {
     /// The factors all of whose variables are known.
     fn part(&self, knows: impl Fn(VariableId) -> bool) -> Self {
         let part = |set: &dyn AnySet| {
-            let kinds: Vec<_> = set.kinds().iter().map(|kind| kind()).collect();
+            let kinds = set.kinds();
             let id = |(&kind, &slot)| VariableId { kind, slot };
             set.part(&|factor| kinds.iter().zip(set.slots(factor)).map(id).all(&knows))
         };
@@ -330,12 +338,12 @@ impl Graph {
             if let Some(kernel) = set.invalid_kernel() {
                 return Err(GraphError::InvalidKernel { kernel });
             }
-            for (place, (kind, name)) in set.kinds().iter().zip(set.kind_names()).enumerate() {
-                let state_of = values.states(kind());
+            for (place, (kind, &name)) in set.kinds().into_iter().zip(set.kind_names()).enumerate() {
+                let state_of = values.states(kind);
                 for slot in (0..set.len()).map(|factor| set.slots(factor)[place]) {
                     match state_of(slot) {
                         Some(State::Finite) => {}
-                        Some(state) => drop(states.insert(VariableId { kind: kind(), slot }, state)),
+                        Some(state) => drop(states.insert(VariableId { kind, slot }, state)),
                         None => return Err(GraphError::ForeignKey { kind: name, number: slot }),
                     }
                 }

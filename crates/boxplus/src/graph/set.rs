@@ -51,7 +51,13 @@ impl<F: Factor<R>, const R: usize> FactorSet<F, R> {
 
 /// Writes Jᵀr for each variable and then Jᵀ_q J_p for each pair p ≤ q, times `weight`; `w` holds Jᵀ, D×R.
 #[inline(always)]
-fn normal_equations<const R: usize>(dims: &[usize], w: &[&[f64]], r: &[f64], weight: f64, out: &mut [f64]) {
+pub(crate) fn normal_equations<const R: usize>(
+    dims: &[usize],
+    w: &[&[f64]],
+    r: &[f64],
+    weight: f64,
+    out: &mut [f64],
+) {
     let mut at = 0;
     for (&d, w) in dims.iter().zip(w) {
         for i in 0..d {
@@ -101,18 +107,18 @@ pub(crate) trait AnySet: Any + Send + Sync {
     fn name(&self) -> &'static str;
     fn is_relative(&self) -> bool;
     fn len(&self) -> usize;
-    fn dims(&self) -> &'static [usize];
+    fn dims(&self) -> &[usize];
     /// The kinds of the variables that each factor reads, and their slots.
-    fn kinds(&self) -> &'static [fn() -> TypeId];
+    fn kinds(&self) -> Vec<TypeId>;
     fn slots(&self, index: usize) -> &Slots;
     /// What messages call the kinds.
-    fn kind_names(&self) -> &'static [&'static str];
+    fn kind_names(&self) -> &[&'static str];
     /// The variables of a factor.
     fn ids(&self, index: usize) -> Vec<VariableId> {
         self.kinds()
-            .iter()
+            .into_iter()
             .zip(self.slots(index))
-            .map(|(kind, &slot)| VariableId { kind: kind(), slot })
+            .map(|(kind, &slot)| VariableId { kind, slot })
             .collect()
     }
     /// Cost of the factors of `range` in order; not a number where a variable has no value.
@@ -154,7 +160,7 @@ pub(crate) struct Places<'a> {
 
 impl<'a> Places<'a> {
     pub(crate) fn new(set: &'a dyn AnySet, offsets: &'a Offsets) -> Self {
-        Self { set, tables: set.kinds().iter().map(|kind| offsets.of(kind())).collect() }
+        Self { set, tables: set.kinds().into_iter().map(|kind| offsets.of(kind)).collect() }
     }
 
     /// The place of each variable of a factor, in order; `None` where it has none.
@@ -178,16 +184,16 @@ impl<F: Factor<R>, const R: usize> AnySet for FactorSet<F, R> {
     fn len(&self) -> usize {
         self.factors.len()
     }
-    fn dims(&self) -> &'static [usize] {
+    fn dims(&self) -> &[usize] {
         F::Variables::DIMS
     }
-    fn kinds(&self) -> &'static [fn() -> TypeId] {
-        F::Variables::kinds()
+    fn kinds(&self) -> Vec<TypeId> {
+        F::Variables::kinds().iter().map(|kind| kind()).collect()
     }
     fn slots(&self, index: usize) -> &Slots {
         &self.slots[index]
     }
-    fn kind_names(&self) -> &'static [&'static str] {
+    fn kind_names(&self) -> &[&'static str] {
         F::Variables::NAMES
     }
     fn cost(&self, values: &Values, range: Range<usize>) -> f64 {

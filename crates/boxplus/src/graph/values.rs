@@ -100,6 +100,11 @@ impl Values {
         self.push(None, label)
     }
 
+    /// The key of a variable by its number among those of its kind, in the order of insertion; `None` where there are not so many.
+    pub fn key<V: Variable>(&self, number: usize) -> Option<Key<V>> {
+        (number < self.len::<V>()).then(|| Key::new(number as u32))
+    }
+
     /// The value, or `None` where the variable is only declared or the key is foreign.
     pub fn get<V: Variable>(&self, key: Key<V>) -> Option<&V> {
         self.store::<V>()?.values.get(key.slot as usize)?.as_ref()

@@ -2,10 +2,10 @@
 
 use core::fmt::Debug;
 
-use nalgebra::{SMatrix, SVector, Vector3};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use num_dual::{Derivative, DualSVec64};
 
-use crate::camera::{Camera, DoubleSphere, KannalaBrandt, Pinhole, Snavely, Stereo, View};
+use crate::camera::{Camera, DoubleSphere, KannalaBrandt, Pinhole, Projective, Snavely, Stereo, View};
 use crate::lie::{
     Action, LieGroup, R3xSO3, Real, Rn, RxSO2, RxSO3, S2, S3, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3,
 };
@@ -105,12 +105,32 @@ pub trait Carries<const N: usize>: Located<N> {
     fn carry_jac(&self, p: &SVector<f64, N>) -> (SVector<f64, N>, Self::Jacobian<N>);
 }
 
-/// A variable that has an image of points, R numbers: a camera of those in its own frame, a [`View`] of those of the world.
-pub trait ImageVariable<const R: usize, const D: usize>: Variable {
+/// A camera that is a variable: its image of a point in its own frame are R numbers.
+pub trait CameraVariable<const R: usize>: Variable {
     /// The bare formula of the image, [`Camera::image`].
     fn image<S: Real>(x: &Self::Over<S>, p: &Vector3<S>) -> SVector<S, R>;
-    /// `(image, d_image_d_self, d_image_d_p)`, R×D and R×3.
+    /// `(image, d_image_d_self, d_image_d_p)`.
     fn image_jac(&self, p: &Vector3<f64>) -> (SVector<f64, R>, Self::Jacobian<R>, SMatrix<f64, R, 3>);
+}
+
+/// A [`View`] that is a variable: its image of a point of the world are R numbers.
+pub trait ViewVariable<const R: usize>: Variable {
+    /// The bare formula of the image, [`Camera::image`].
+    fn image<S: Real, L: PointVariable>(x: &Self::Over<S>, l: &L::Over<S>) -> SVector<S, R>;
+    /// `(image, d_image_d_self, d_image_d_l)`.
+    fn image_jac<L: PointVariable>(&self, l: &L) -> (SVector<f64, R>, Self::Jacobian<R>, L::Jacobian<R>);
+}
+
+/// A point of the world that cameras see.
+pub trait PointVariable: Variable {
+    /// Whether p has a length. A pair of cameras needs one; to a single camera p and s·p look alike.
+    const METRIC: bool;
+    /// p = Rᵀ·(l − w·t): the point in the frame of a pose, up to scale where it is not metric.
+    fn seen_from<S: Real>(x: &Self::Over<S>, pose: &SE3<S>) -> Vector3<S>;
+    /// `(p, w, d_p_d_self)`.
+    fn seen_from_jac(&self, pose: &SE3) -> (Vector3<f64>, f64, Matrix3<f64>);
+    /// A matrix by the tangent, seen as a Jacobian by this variable.
+    fn jacobian<const R: usize>(matrix: SMatrix<f64, R, 3>) -> Self::Jacobian<R>;
 }
 
 /// Makes a [`Manifold`](crate::lie::Manifold) in `f64` a [`Variable`], and with `group` a [`LieGroup`] a
@@ -220,7 +240,7 @@ variable!(pose Sim2, Sim2<S>, 4, "Sim2", &["x", "y", "yaw", "log scale"]);
 macro_rules! cameras {
     ($($camera:ident, $r:literal, $p:literal, $d:literal, $name:literal, $view:literal, [$($intrinsic:literal),+];)+) => { $(
         variable!($camera, $camera<S>, $p, $name, &[$($intrinsic),+]);
-        impl ImageVariable<$r, $p> for $camera {
+        impl CameraVariable<$r> for $camera {
             #[inline]
             fn image<S: Real>(x: &$camera<S>, p: &Vector3<S>) -> SVector<S, $r> {
                 Camera::image(x, p)
@@ -236,17 +256,20 @@ macro_rules! cameras {
         }
         variable!(View<$camera, $p, $d>, View<$camera<S>, $p, $d>, $d, $view,
             &["x", "y", "z", "rotation about x", "rotation about y", "rotation about z", $($intrinsic),+]);
-        impl ImageVariable<$r, $d> for View<$camera, $p, $d> {
+        impl ViewVariable<$r> for View<$camera, $p, $d> {
             #[inline]
-            fn image<S: Real>(x: &View<$camera<S>, $p, $d>, p: &Vector3<S>) -> SVector<S, $r> {
-                x.image(p)
+            fn image<S: Real, L: PointVariable>(x: &View<$camera<S>, $p, $d>, l: &L::Over<S>) -> SVector<S, $r> {
+                const { assert!(L::METRIC || $r == 2, "a pair of cameras sees how far a point is") };
+                Camera::image(&x.camera, &L::seen_from(l, &x.world_from_camera))
             }
             #[inline]
-            fn image_jac(
+            fn image_jac<L: PointVariable>(
                 &self,
-                p: &Vector3<f64>,
-            ) -> (SVector<f64, $r>, SMatrix<f64, $r, $d>, SMatrix<f64, $r, 3>) {
-                self.image_jac(p)
+                l: &L,
+            ) -> (SVector<f64, $r>, SMatrix<f64, $r, $d>, L::Jacobian<$r>) {
+                let (p, w, d_p_d_l) = l.seen_from_jac(&self.world_from_camera);
+                let (image, d_view, d_p) = self.image_of(&p, w);
+                (image, d_view, L::jacobian(d_p * d_p_d_l))
             }
         }
     )+ };
@@ -257,6 +280,42 @@ cameras! {
     DoubleSphere, 2, 6, 12, "double sphere camera", "double sphere view", ["fx", "fy", "cx", "cy", "xi", "alpha"];
     Snavely, 2, 3, 9, "Snavely camera", "Snavely view", ["f", "k1", "k2"];
     Stereo, 4, 5, 11, "stereo camera", "stereo view", ["fx", "fy", "cx", "cy", "baseline"];
+}
+
+variable!(Projective, Projective<S>, 3, "projective point", &["x", "y", "z"]);
+
+impl PointVariable for Rn<3> {
+    const METRIC: bool = true;
+    #[inline]
+    fn seen_from<S: Real>(x: &Rn<3, S>, pose: &SE3<S>) -> Vector3<S> {
+        pose.act_inverse(&x.vector())
+    }
+    #[inline]
+    fn seen_from_jac(&self, pose: &SE3) -> (Vector3<f64>, f64, Matrix3<f64>) {
+        (pose.act_inverse(&self.vector()), 1.0, pose.rotation().to_matrix().transpose())
+    }
+    #[inline]
+    fn jacobian<const R: usize>(matrix: SMatrix<f64, R, 3>) -> SMatrix<f64, R, 3> {
+        matrix
+    }
+}
+
+impl PointVariable for Projective {
+    const METRIC: bool = false;
+    #[inline]
+    fn seen_from<S: Real>(x: &Projective<S>, pose: &SE3<S>) -> Vector3<S> {
+        pose.rotation().act_inverse(&(x.v - pose.translation() * x.w))
+    }
+    #[inline]
+    fn seen_from_jac(&self, pose: &SE3) -> (Vector3<f64>, f64, Matrix3<f64>) {
+        let (t, turn) = (pose.translation(), pose.rotation().to_matrix().transpose());
+        let (d_v, d_w) = self.tangents();
+        (turn * (self.v - t * self.w), self.w, turn * (d_v - t * d_w.transpose()))
+    }
+    #[inline]
+    fn jacobian<const R: usize>(matrix: SMatrix<f64, R, 3>) -> SMatrix<f64, R, 3> {
+        matrix
+    }
 }
 
 impl<const N: usize> Located<N> for Rn<N> {

@@ -6,7 +6,8 @@
 //! number of threads changes a bit. An element that needs a rare form, such as an angle beyond π, is computed alone.
 //!
 //! Any group serves. One of your own is vectorised if its operations are inlined by force, `#[inline(always)]`, and take their
-//! elementary functions from [`Real`]; otherwise it is merely right. So are SO(2), SE(2) and the similarities.
+//! elementary functions from [`Real`]; otherwise it is merely right. So are Exp, Log and Jacobians of the similarities, and
+//! Jacobians of SGal(3), which are faster one by one; `docs/benchmarks.md` has what each gains.
 //!
 //! ```
 //! use boxplus::lie::{Batch, LieGroup, SE3};
@@ -245,14 +246,13 @@ where
                 for (k, sum) in sums.iter_mut().enumerate() {
                     *sum = R::put(&<O as Operation<W>>::apply(I::wide(&inputs, k)), &mut results, k);
                 }
-                for (k, out) in out.iter_mut().enumerate() {
-                    *out = R::join(&results, k);
-                }
             }
             for (k, (out, sum)) in out.iter_mut().zip(sums).enumerate() {
-                if sum.value().is_nan() {
-                    *out = <O as Operation<G>>::apply(I::at(self.input, start + k));
-                }
+                *out = if sum.value().is_nan() {
+                    <O as Operation<G>>::apply(I::at(self.input, start + k))
+                } else {
+                    R::join(&results, k)
+                };
             }
         }
     }

@@ -79,6 +79,13 @@ pub trait Real: SimdRealField<Element: SimdRealField> + Copy + Send + Sync + 'st
     }
 }
 
+/// NaN of lanes, nothing of single numbers: for what batches do not vectorise and had better compute alone, such as long series,
+/// which are loops, and matrices too large for the first cache.
+#[cfg_attr(not(debug_assertions), inline(always))]
+pub(super) fn of_lanes<S: Real>(x: S) -> Option<S> {
+    x.common(x.simd_lt(x))
+}
+
 /// What [`Real::choose`] chooses between: scalars, and what is made of them.
 pub trait Blend<S: Real> {
     /// The lanes of `yes` where `mask` holds, those of `no` elsewhere.

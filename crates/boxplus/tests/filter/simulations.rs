@@ -1,9 +1,12 @@
 //! The ready simulations: what the recommended filter claims is true in all of them, and a plain one is found out.
 
-use boxplus::filter::{FilterError, MonteCarlo, Report, Rule, Series, Simulation, Trial, Verdict};
-use boxplus::lie::{LieGroup, Rn};
+use boxplus::filter::{
+    DeadReckoning, Ekf, Filter, FilterError, Imu, ImuNoise, MonteCarlo, Motion, PositionFix, Report, Rule,
+    STANDARD_GRAVITY, Series, Simulation, Trial, VelocityFix, Verdict,
+};
+use boxplus::lie::{LieGroup, Rn, SE23, SO3};
 use boxplus::uncertainty::{Covariance, Gaussian};
-use nalgebra::vector;
+use nalgebra::{SVector, Vector3, vector};
 use rand_chacha::ChaCha8Rng;
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -38,6 +41,48 @@ fn the_recommended_filter_is_consistent_in_every_simulation() {
             }
         }
     }
+}
+
+#[test]
+fn with_biases_that_are_known_an_attitude_that_is_not_does_no_harm() {
+    // The world of `gnss` as dead reckoning on SE₂(3), whose errors are linear whatever their size: what makes `gnss` overconfident is
+    // an unknown attitude times unknown biases.
+    let noise =
+        ImuNoise { gyroscope: 2e-3, accelerometer: 2e-2, gyroscope_bias: 0.0, accelerometer_bias: 0.0 };
+    let motion = DeadReckoning::upright(noise);
+    let imu = Imu {
+        gyroscope: vector![0.0, 0.0, 0.4],
+        accelerometer: vector![0.0, 0.4, STANDARD_GRAVITY],
+        duration: 0.05,
+    };
+    let mean = SE23::new(SO3::identity(), Vector3::zeros(), vector![1.0, 0.0, 0.0]);
+    let sigmas = SVector::from_fn(|i, _| [0.5, 0.2, 0.3][i / 3]);
+    let start = Gaussian::<SE23, 9>::from_sigmas(mean, &sigmas).unwrap();
+    let (far, slow) = (Covariance::unit() * 0.5, Covariance::unit() * 0.1);
+    let experiment = MonteCarlo { runs: 150, ..EXPERIMENT };
+    let report = experiment.run::<ChaCha8Rng>(|rng, run| {
+        let (mut truth, mut belief) = (start.sample(rng), start);
+        for k in 1..=200 {
+            let disturbance = drawn(&motion.noise(&imu), rng);
+            truth = motion.step(&truth, &imu, &disturbance);
+            belief = Ekf::iterated().predict(&belief, &motion, &imu)?;
+            if k % 10 == 0 {
+                let position = PositionFix::of_origin(truth.position() + drawn(&far, rng), far);
+                belief = Ekf::iterated().update(&belief, &position).belief;
+                let velocity = VelocityFix { measured: truth.velocity() + drawn(&slow, rng), noise: slow };
+                belief = Ekf::iterated().update(&belief, &velocity).belief;
+                run.state("state", &truth, &belief);
+            }
+        }
+        Ok(())
+    });
+    let report = report.unwrap();
+    assert_eq!(state(&report).verdict(), Verdict::Consistent, "{}", state(&report).mean);
+}
+
+/// An error of a sensor.
+fn drawn<const N: usize>(noise: &Covariance<N>, rng: &mut ChaCha8Rng) -> SVector<f64, N> {
+    Gaussian::<Rn<N>, N>::new(Rn::identity(), *noise).sample(rng).vector()
 }
 
 #[test]

@@ -1,6 +1,8 @@
 //! The factor graph, seen from outside.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+#[cfg(feature = "rand")]
+mod beacon_drives;
 mod continuous;
 mod custom;
 mod dense;
@@ -8,5 +10,6 @@ mod faults;
 mod inertial;
 mod landmarks;
 mod solve;
+mod together;
 mod uncertainty;
 mod world;

@@ -47,7 +47,7 @@ mod lanes {
 
     fn inside_a_batch<S: Number>() -> Errors {
         let mut errors = Errors::default();
-        elementary::<S, S::Lanes>(boxplus::lie::Number::lanes, &mut errors);
+        elementary::<S, S::Lanes>(S::lanes, &mut errors);
         errors
     }
 

@@ -5,7 +5,7 @@ use core::marker::PhantomData;
 use nalgebra::{SMatrix, SVector};
 
 use crate::camera::{Camera, through_pose};
-use crate::graph::{Factor, ImageVariable};
+use crate::graph::{CameraVariable, Factor, PointVariable, ViewVariable};
 use crate::lie::{Action, LieGroup, Real, Rn, SE3};
 
 /// A point in the image of a known camera at `pose_from_camera` on a pose: the residual is predicted less measured, in pixels.
@@ -69,10 +69,10 @@ impl<C: Camera<R, P, Scalar = f64>, const R: usize, const P: usize> Factor<R> fo
         (x, l): &(SE3, Rn<3>),
     ) -> (SVector<f64, R>, (SMatrix<f64, R, 6>, SMatrix<f64, R, 3>)) {
         let camera_from_pose = self.pose_from_camera.inverse();
-        let seen = x.act_inverse(&l.vector());
+        let (seen, w, d_seen_d_l) = l.seen_from_jac(x);
         let (image, d_p, _) = self.camera.image_jac(&camera_from_pose.act(&seen));
-        let (d_x, d_l) = through_pose(&(d_p * camera_from_pose.linear_part()), &seen, x);
-        (image - self.measured, (d_x, d_l))
+        let d_seen = d_p * camera_from_pose.rotation().to_matrix();
+        (image - self.measured, (through_pose(&d_seen, &seen, w), d_seen * d_seen_d_l))
     }
 }
 
@@ -82,38 +82,38 @@ impl<C: Camera<R, P, Scalar = f64>, const R: usize, const P: usize> Factor<R> fo
 /// p = X⁻¹·l     r = π(p; c) − z     ∂r/∂X = ∂π/∂p·[−I, p^]     ∂r/∂l = ∂π/∂p·Rᵀ     ∂r/∂c = ∂π/∂c      R×6, R×3 and R×P
 /// ```
 ///
-/// π is the bare formula, as in [`Reprojection`].
+/// π is the bare formula, as in [`Reprojection`]. The point is an [`Rn<3>`](Rn), or a [`Projective`](crate::camera::Projective) one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ReprojectionShared<C, const R: usize, const P: usize> {
+pub struct ReprojectionShared<C, L, const R: usize> {
     /// z, in pixels.
     pub measured: SVector<f64, R>,
-    camera: PhantomData<fn() -> C>,
+    variables: PhantomData<fn() -> (C, L)>,
 }
 
-impl<C, const R: usize, const P: usize> ReprojectionShared<C, R, P> {
+impl<C, L, const R: usize> ReprojectionShared<C, L, R> {
     /// A point seen at `measured`, in pixels.
     pub fn new(measured: SVector<f64, R>) -> Self {
-        Self { measured, camera: PhantomData }
+        Self { measured, variables: PhantomData }
     }
 }
 
-impl<C: ImageVariable<R, P>, const R: usize, const P: usize> Factor<R> for ReprojectionShared<C, R, P> {
+impl<C: CameraVariable<R>, L: PointVariable, const R: usize> Factor<R> for ReprojectionShared<C, L, R> {
     const NAME: &'static str = "reprojection";
     const RELATIVE: bool = true;
-    type Variables = (SE3, Rn<3>, C);
+    type Variables = (SE3, L, C);
 
-    fn residual<S: Real>(&self, (x, l, camera): &(SE3<S>, Rn<3, S>, C::Over<S>)) -> SVector<S, R> {
-        C::image(camera, &x.act_inverse(&l.vector())) - self.measured.map(S::lit)
+    fn residual<S: Real>(&self, (x, l, camera): &(SE3<S>, L::Over<S>, C::Over<S>)) -> SVector<S, R> {
+        const { assert!(L::METRIC || R == 2, "a pair of cameras sees how far a point is") };
+        C::image(camera, &L::seen_from(l, x)) - self.measured.map(S::lit)
     }
 
     fn residual_jac(
         &self,
-        (x, l, camera): &(SE3, Rn<3>, C),
-    ) -> (SVector<f64, R>, (SMatrix<f64, R, 6>, SMatrix<f64, R, 3>, C::Jacobian<R>)) {
-        let p = x.act_inverse(&l.vector());
+        (x, l, camera): &(SE3, L, C),
+    ) -> (SVector<f64, R>, (SMatrix<f64, R, 6>, L::Jacobian<R>, C::Jacobian<R>)) {
+        let (p, w, d_p_d_l) = l.seen_from_jac(x);
         let (image, d_camera, d_p) = camera.image_jac(&p);
-        let (d_x, d_l) = through_pose(&d_p, &p, x);
-        (image - self.measured, (d_x, d_l, d_camera))
+        (image - self.measured, (through_pose(&d_p, &p, w), L::jacobian(d_p * d_p_d_l), d_camera))
     }
 }
 
@@ -123,34 +123,31 @@ impl<C: ImageVariable<R, P>, const R: usize, const P: usize> Factor<R> for Repro
 /// their intrinsics. It is not called relative, so that nothing is held for the gauge: that would hold the intrinsics of a view, too, which
 /// its image does determine. Damped steps need no gauge.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ReprojectionOwn<V, const R: usize, const D: usize> {
+pub struct ReprojectionOwn<V, L, const R: usize> {
     /// z, in pixels.
     pub measured: SVector<f64, R>,
-    view: PhantomData<fn() -> V>,
+    variables: PhantomData<fn() -> (V, L)>,
 }
 
-impl<V, const R: usize, const D: usize> ReprojectionOwn<V, R, D> {
+impl<V, L, const R: usize> ReprojectionOwn<V, L, R> {
     /// A point seen at `measured`, in pixels.
     pub fn new(measured: SVector<f64, R>) -> Self {
-        Self { measured, view: PhantomData }
+        Self { measured, variables: PhantomData }
     }
 }
 
-impl<V: ImageVariable<R, D>, const R: usize, const D: usize> Factor<R> for ReprojectionOwn<V, R, D> {
+impl<V: ViewVariable<R>, L: PointVariable, const R: usize> Factor<R> for ReprojectionOwn<V, L, R> {
     const NAME: &'static str = "reprojection";
-    type Variables = (V, Rn<3>);
+    type Variables = (V, L);
 
     #[inline]
-    fn residual<S: Real>(&self, (view, l): &(V::Over<S>, Rn<3, S>)) -> SVector<S, R> {
-        V::image(view, &l.vector()) - self.measured.map(S::lit)
+    fn residual<S: Real>(&self, (view, l): &(V::Over<S>, L::Over<S>)) -> SVector<S, R> {
+        V::image::<S, L>(view, l) - self.measured.map(S::lit)
     }
 
     #[inline]
-    fn residual_jac(
-        &self,
-        (view, l): &(V, Rn<3>),
-    ) -> (SVector<f64, R>, (V::Jacobian<R>, SMatrix<f64, R, 3>)) {
-        let (image, d_view, d_l) = view.image_jac(&l.vector());
+    fn residual_jac(&self, (view, l): &(V, L)) -> (SVector<f64, R>, (V::Jacobian<R>, L::Jacobian<R>)) {
+        let (image, d_view, d_l) = view.image_jac(l);
         (image - self.measured, (d_view, d_l))
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra::{SMatrix, SVector, Unit, Vector2, Vector3, Vector6, vector};
 
 use super::*;
-use crate::camera::{Pinhole, Snavely, Stereo, View};
+use crate::camera::{Pinhole, Projective, Snavely, Stereo, View};
 use crate::graph::{Factor, GroupVariable, JacobianBlock, Variables, dual_jacobians};
 use crate::lie::{Action, LieGroup, Rn, S2, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
 use crate::trajectory::{Imu, ImuBias, ImuNoise, Moving};
@@ -304,16 +304,52 @@ fn reprojections_have_exact_jacobians_before_the_camera_and_behind_it() {
                 Reprojection { camera: pinhole, pose_from_camera: sensor, measured: vector![300.0, 310.0] };
             check("known camera", &known, &(*x, point));
             check("pair", &Reprojection::new(stereo, vector![300.0, 310.0, 280.0, 310.0]), &(*x, point));
-            let shared = ReprojectionShared::<Pinhole, 2, 9>::new(vector![300.0, 310.0]);
+            let shared = ReprojectionShared::<Pinhole, Rn<3>, 2>::new(vector![300.0, 310.0]);
             check("shared camera", &shared, &(*x, point, pinhole));
             let view = View { world_from_camera: *x, camera: snavely };
             check(
                 "view",
-                &ReprojectionOwn::<View<Snavely, 3, 9>, 2, 9>::new(vector![30.0, 31.0]),
+                &ReprojectionOwn::<View<Snavely, 3, 9>, Rn<3>, 2>::new(vector![30.0, 31.0]),
                 &(view, point),
             );
+            for extent in [1.0, 1e-9, -2.0] {
+                let far = Projective::new(&point.vector(), extent);
+                let own = ReprojectionOwn::<View<Snavely, 3, 9>, Projective, 2>::new(vector![30.0, 31.0]);
+                check("view of a far point", &own, &(view, far));
+                let shared = ReprojectionShared::<Pinhole, Projective, 2>::new(vector![300.0, 310.0]);
+                check("shared camera, far point", &shared, &(*x, far, pinhole));
+            }
         }
     }
+}
+
+#[test]
+fn odometry_with_parameters_has_exact_jacobians() {
+    let (c2, c1) = (Rn::new(vector![0.2, -0.3]), Rn::new(vector![0.7]));
+    for x1 in &poses2() {
+        for x2 in &poses2() {
+            let measured = x2.rminus(x1) + vector![0.3, -0.1, 0.2];
+            check("bias", &CalibratedOdometry::<SE2, 3, 2>::biased(measured, [0, 2]), &(*x1, *x2, c2));
+            check("scale", &CalibratedOdometry::<SE2, 3, 1>::new(measured, measured), &(*x1, *x2, c1));
+        }
+    }
+    for x1 in &poses3() {
+        for x2 in &poses3() {
+            let measured = x2.rminus(x1) + Vector6::new(0.3, -0.1, 0.2, 0.1, 0.2, -0.4);
+            check("bias", &CalibratedOdometry::<SE3, 6, 2>::biased(measured, [0, 5]), &(*x1, *x2, c2));
+            check("scale", &CalibratedOdometry::<SE3, 6, 1>::new(measured, measured), &(*x1, *x2, c1));
+        }
+    }
+}
+
+#[test]
+fn a_bias_is_added_to_what_is_read() {
+    let (x, u, c) = (poses2()[1], vector![0.5, 0.1, 0.2], vector![0.05, 0.02]);
+    let read = vector![0.55, 0.1, 0.22];
+    let factor = CalibratedOdometry::<SE2, 3, 2>::biased(read, [0, 2]);
+    assert!(factor.residual_jac(&(x, x.rplus(&u), Rn::new(c))).0.amax() < 1e-15);
+    // A coordinate that there is not is the bias of nothing.
+    assert_eq!(CalibratedOdometry::<SE2, 3, 1>::biased(read, [3]).enters.amax(), 0.0);
 }
 
 #[test]

@@ -9,6 +9,10 @@
 //! [L₁₁; L₂₁] and U = −L₂₁L₂₁ᵀ + …                                        elimination
 //! ```
 //!
+//! A *leaf*, without children, has nothing to add to its update, so that the update need not be formed: −L₂₁L₂₁ᵀ is subtracted
+//! from the parent where it belongs. Points seen by a few cameras are such, and what is left in the parents is the Schur
+//! complement, the reduced camera system; points with the same cameras are one product.
+//!
 //! The right-hand side is one more row of every front, so that the forward substitution comes with the factor. Updates live
 //! on two stacks, one for even levels of the tree and one for odd: a front's update never overlaps with those it consumes.
 //! Where everything goes is worked out once; a factorisation allocates nothing.
@@ -21,9 +25,9 @@ use std::sync::Arc;
 
 use core::ops::Range;
 
-use super::kernels::{Extension, Kernels, Matrix, Product, SLACK};
+use super::kernels::{Columns, Extension, Kernels, Matrix, Outer, Product, SLACK};
 use super::pattern::Pattern;
-use super::plan::{Front, Plan};
+use super::plan::{Front, Leaves, Plan};
 use crate::graph::GraphError;
 use crate::pool::Pool;
 
@@ -54,7 +58,7 @@ struct Worker {
 impl Worker {
     fn new(plan: &Plan, task: &Range<usize>) -> Result<Self, GraphError> {
         let (mut bases, mut ends) = ([usize::MAX; 2], [0; 2]);
-        for front in &plan.fronts[task.clone()] {
+        for front in plan.fronts[task.clone()].iter().filter(|front| !front.is_leaf) {
             bases[front.stack] = bases[front.stack].min(front.update);
             ends[front.stack] = ends[front.stack].max(front.update + front.update_len());
         }
@@ -261,35 +265,64 @@ impl Elimination<'_> {
         let Self { plan, kernels, .. } = self;
         let front = &plan.fronts[number];
         let (stride, below) = (front.stride(), front.below());
-        let panel = &mut space.panels[front.panel - space.first..][..stride * front.pivots + SLACK];
+        let (before, panel) = space.panels.split_at_mut(front.panel - space.first);
+        let panel = &mut panel[..stride * front.pivots + SLACK];
         panel[..stride * front.pivots].fill(0.0);
         self.load(front, panel);
+        if front.is_leaf {
+            return if kernels.factorise(panel, stride, front.pivots) { Ok(()) } else { Err(NotPositive) };
+        }
 
         let [even, odd] = &mut *space.stacks;
         let (own, other) = if front.stack == 0 { (even, odd) } else { (odd, even) };
         let update = &mut own[front.update - space.bases[front.stack]..][..front.update_len() + SLACK];
-        let children = plan.children_of(front);
-        if !children.is_empty() {
+        let (children, leaves) = (plan.children_of(front), plan.leaves_of(front));
+        let fresh = children.is_empty() && leaves.is_empty();
+        if !fresh {
             let columns = update[..front.update_len()].chunks_exact_mut(below + 1);
             columns.enumerate().for_each(|(c, column)| column[c..].fill(0.0));
+        }
+        for columns in front.columns(panel, update) {
+            self.subtract_leaves(front, (before, space.first), columns);
         }
         for &child in children {
             let child = &plan.fronts[child as usize];
             let from = &other[child.update - space.bases[child.stack]..][..child.update_len()];
-            kernels.extend_add(Extension {
-                runs: plan.runs_of(child),
-                from: Matrix { numbers: from, stride: child.update_stride() },
-                panel,
-                stride,
-                update,
-                update_stride: below + 1,
-            });
+            let from = Matrix { numbers: from, stride: child.update_stride() };
+            for to in front.columns(panel, update) {
+                kernels.extend_add(Extension { runs: plan.runs_of(child), from, to });
+            }
         }
         if !kernels.factorise(panel, stride, front.pivots) {
             return Err(NotPositive);
         }
-        self.subtract_square(front, panel, update, children.is_empty());
+        self.subtract_square(front, panel, update, fresh);
         Ok(())
+    }
+
+    /// Subtracts the products of the leaves of a front from columns of it; where there is much to do, a strip for each thread.
+    fn subtract_leaves(&self, front: &Front, (panels, first): (&[f64], usize), columns: Columns<'_>) {
+        let leaves = self.plan.leaves_of(front);
+        let subtract = |strip: &mut Columns<'_>| {
+            for group in leaves {
+                let leaf = &self.plan.fronts[group.first as usize];
+                let numbers = &panels[leaf.panel + leaf.pivots - first..];
+                self.kernels.subtract_outer(Outer {
+                    runs: self.plan.runs_of(leaf),
+                    l: Matrix { numbers, stride: leaf.stride() },
+                    rows: leaf.update_stride(),
+                    depth: group.depth,
+                    to: strip.reborrow(),
+                });
+            }
+        };
+        let work = |group: &Leaves| group.depth * self.plan.fronts[group.first as usize].below().pow(2);
+        match self.pool {
+            Some(pool) if leaves.iter().map(work).sum::<usize>() > LARGE => {
+                pool.for_each(&mut columns.strips(STRIP), |_, strip| subtract(strip));
+            }
+            _ => subtract(&mut { columns }),
+        }
     }
 
     /// U := U − L₂₁L₂₁ᵀ with the right-hand side below, the columns of a large one on all threads.

@@ -5,13 +5,19 @@
 //! runs on (AVX-512, AVX2, NEON), chosen once at run time. Each entry is summed over p in one order, whatever tile it falls
 //! into: cutting the work differently changes no bit.
 
+mod triangular;
+mod updates;
+
 use pulp::{Arch, Simd, WithSimd, bytemuck};
+
+use triangular::{Backward, Forward};
+pub(crate) use updates::{Columns, Extension, Outer, Run};
 
 /// Numbers beyond the end of a matrix that kernels may read (never use): all but one of the widest vector, rounded up.
 pub(crate) const SLACK: usize = 8;
 
 /// Columns of A and B taken at a time: of a tall front, so many fit into a core's cache.
-const DEPTH: usize = 96;
+pub(crate) const DEPTH: usize = 96;
 
 /// The instruction set of this machine.
 #[derive(Clone, Copy, Debug)]
@@ -68,9 +74,14 @@ impl Kernels {
         self.0.dispatch(product);
     }
 
-    /// Adds an update to the front of the parent.
+    /// Adds an update to columns of the parent.
     pub(crate) fn extend_add(self, extension: Extension<'_>) {
         self.0.dispatch(extension);
+    }
+
+    /// Subtracts a product L·Lᵀ from columns of the parent.
+    pub(crate) fn subtract_outer(self, outer: Outer<'_>) {
+        self.0.dispatch(outer);
     }
 
     /// x := [L₁₁⁻¹x₁; x₂ − L₂₁L₁₁⁻¹x₁].
@@ -167,15 +178,21 @@ fn load<S: Simd, const V: usize>(simd: S, column: &[f64]) -> [S::f64s; V] {
     loaded
 }
 
-/// Writes V vectors, or as much of them as there is room for.
+/// Writes the first `rows` numbers of V vectors, of which the last may be filled in part.
 #[inline(always)]
-fn store<S: Simd, const V: usize>(column: &mut [f64], values: [S::f64s; V]) {
-    if column.len() >= V * S::F64_LANES {
+fn store<S: Simd, const V: usize>(simd: S, column: &mut [f64], rows: usize, values: [S::f64s; V]) {
+    if rows >= V * S::F64_LANES {
         let (vectors, _) = S::as_mut_simd_f64s(&mut column[..V * S::F64_LANES]);
         vectors.copy_from_slice(&values);
+    } else if column.len() >= V * S::F64_LANES {
+        // What stands behind is written as it was: a whole vector is faster than its parts.
+        let (vectors, _) = S::as_mut_simd_f64s(&mut column[..V * S::F64_LANES]);
+        vectors[..V - 1].copy_from_slice(&values[..V - 1]);
+        let filled = simd.mask_between_m64s(0, (rows - (V - 1) * S::F64_LANES) as u64).mask();
+        vectors[V - 1] = simd.select_f64s(filled, values[V - 1], vectors[V - 1]);
     } else {
         let numbers: &[f64] = bytemuck::cast_slice(&values);
-        column.iter_mut().zip(numbers).for_each(|(to, from)| *to = *from);
+        column[..rows].copy_from_slice(&numbers[..rows]);
     }
 }
 
@@ -245,7 +262,7 @@ fn product_tile<S: Simd, const V: usize, const N: usize>(
             values[v] = simd.sub_f64s(values[v], sums[v]);
         }
         let rows = (product.rows - row).min(V * S::F64_LANES);
-        store::<S, V>(&mut target[..rows], values);
+        store::<S, V>(simd, target, rows, values);
     }
 }
 
@@ -358,126 +375,6 @@ fn pivot_tile<S: Simd, const V: usize, const N: usize>(
         }
         let inverse = simd.splat_f64s(triangle.inverses[n]);
         here.iter_mut().for_each(|x| *x = simd.mul_f64s(*x, inverse));
-        store::<S, V>(&mut target[..rows], *here);
-    }
-}
-
-/// Rows of an update that stay together in the front of the parent, and in the matrix.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Run {
-    /// First row in the update.
-    pub(crate) from: u32,
-    /// First row in the front of the parent: of its pivots, or counted from their end.
-    pub(crate) to: u32,
-    pub(crate) len: u32,
-    /// Whether they are pivots of the parent.
-    pub(crate) pivots: bool,
-    /// First row in the matrix.
-    pub(crate) scalar: u32,
-}
-
-/// An update to be added to the columns of the parent's pivots and to the parent's update. The last row of each is the
-/// right-hand side.
-pub(crate) struct Extension<'a> {
-    pub(crate) runs: &'a [Run],
-    pub(crate) from: Matrix<'a>,
-    pub(crate) panel: &'a mut [f64],
-    pub(crate) stride: usize,
-    pub(crate) update: &'a mut [f64],
-    pub(crate) update_stride: usize,
-}
-
-impl WithSimd for Extension<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let pivots = self.stride - self.update_stride;
-        for (k, run) in self.runs.iter().enumerate() {
-            for t in 0..run.len as usize {
-                let source = run.from as usize + t;
-                let source = &self.from.numbers[source * self.from.stride..][..self.from.stride];
-                let column = run.to as usize + t;
-                // Of pivot columns all rows are stored; of the update's, those after the pivots.
-                let (target, skipped) = if run.pivots {
-                    (&mut self.panel[column * self.stride..][..self.stride], pivots)
-                } else {
-                    (&mut self.update[column * self.update_stride..][..self.update_stride], 0)
-                };
-                let last = target.len() - 1;
-                target[last] += source[self.from.stride - 1];
-                add(simd, &mut target[column..], &source[run.from as usize + t..][..run.len as usize - t]);
-                for other in &self.runs[k + 1..] {
-                    let to = other.to as usize + if other.pivots { 0 } else { skipped };
-                    add(simd, &mut target[to..], &source[other.from as usize..][..other.len as usize]);
-                }
-            }
-        }
-    }
-}
-
-/// to += from, on as much of `to`.
-#[inline(always)]
-fn add<S: Simd>(simd: S, to: &mut [f64], from: &[f64]) {
-    let (vectors, rest) = S::as_simd_f64s(from);
-    let (to, from_end) = to[..from.len()].split_at_mut(vectors.len() * S::F64_LANES);
-    let (targets, _) = S::as_mut_simd_f64s(to);
-    targets.iter_mut().zip(vectors).for_each(|(to, from)| *to = simd.add_f64s(*to, *from));
-    from_end.iter_mut().zip(rest).for_each(|(to, from)| *to += from);
-}
-
-struct Forward<'a> {
-    panel: &'a [f64],
-    rows: usize,
-    pivots: usize,
-    x: &'a mut [f64],
-}
-
-impl WithSimd for Forward<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        for p in 0..self.pivots {
-            let column = &self.panel[p * self.rows..][..self.x.len()];
-            let pivot = self.x[p] / column[p];
-            self.x[p] = pivot;
-            let minus = simd.splat_f64s(-pivot);
-            let (vectors, tail) = S::as_simd_f64s(&column[p + 1..]);
-            let (targets, rest) = S::as_mut_simd_f64s(&mut self.x[p + 1..]);
-            for (target, l) in targets.iter_mut().zip(vectors) {
-                *target = simd.mul_add_e_f64s(*l, minus, *target);
-            }
-            rest.iter_mut().zip(tail).for_each(|(target, l)| *target -= l * pivot);
-        }
-    }
-}
-
-struct Backward<'a> {
-    panel: &'a [f64],
-    rows: usize,
-    pivots: usize,
-    x: &'a mut [f64],
-}
-
-impl WithSimd for Backward<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        for p in (0..self.pivots).rev() {
-            let column = &self.panel[p * self.rows..][..self.x.len()];
-            let (vectors, tail) = S::as_simd_f64s(&column[p + 1..]);
-            let (factors, rest) = S::as_simd_f64s(&self.x[p + 1..]);
-            let mut sums = [simd.splat_f64s(0.0); 4];
-            for (vectors, factors) in vectors.chunks(4).zip(factors.chunks(4)) {
-                for ((sum, l), x) in sums.iter_mut().zip(vectors).zip(factors) {
-                    *sum = simd.mul_add_e_f64s(*l, *x, *sum);
-                }
-            }
-            let sum = simd.add_f64s(simd.add_f64s(sums[0], sums[1]), simd.add_f64s(sums[2], sums[3]));
-            let tail: f64 = tail.iter().zip(rest).map(|(l, x)| l * x).sum();
-            self.x[p] = (self.x[p] - simd.reduce_sum_f64s(sum) - tail) / column[p];
-        }
+        store::<S, V>(simd, target, rows, *here);
     }
 }

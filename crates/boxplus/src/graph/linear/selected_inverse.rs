@@ -12,7 +12,7 @@
 
 use super::cholesky::{Cholesky, zeros};
 use super::kernels::{Kernels, Matrix, Product, SLACK};
-use super::plan::Front;
+use super::plan::{Front, Leaves};
 use crate::graph::GraphError;
 
 /// Scratch of one front.
@@ -37,19 +37,24 @@ impl Cholesky {
             pivots = pivots.max(front.pivots * front.pivots);
             below = below.max(front.pivots * front.below());
         }
-        let mut scratch = Scratch {
-            inverse: zeros(pivots)?,
-            negative: zeros(pivots)?,
-            y: zeros(below)?,
-            transposed: zeros(below)?,
-            column: zeros(self.plan.tallest)?,
+        let scratch = || {
+            Ok::<_, GraphError>(Scratch {
+                inverse: zeros(pivots)?,
+                negative: zeros(pivots)?,
+                y: zeros(below)?,
+                transposed: zeros(below)?,
+                column: zeros(self.plan.tallest)?,
+            })
         };
+        let mut scratch = [scratch()?, scratch()?]; // a leaf's comes on top of its parent's
         let total = self.plan.inverse;
         let mut inverse = core::mem::take(&mut self.inverse);
         inverse.try_reserve_exact(total + SLACK).map_err(|_| GraphError::OutOfMemory)?;
         inverse.resize(total + SLACK, 0.0);
         for number in (0..self.plan.fronts.len()).rev() {
-            self.invert_front(number, &mut inverse, &mut scratch);
+            if !self.plan.fronts[number].is_leaf {
+                self.invert_front(number, &mut inverse, &mut scratch);
+            }
         }
         self.inverse = inverse;
         Ok(())
@@ -72,15 +77,15 @@ impl Cholesky {
     }
 
     /// Z of one front, from Z_II on its stack; hands the children theirs.
-    fn invert_front(&mut self, number: usize, inverse: &mut [f64], scratch: &mut Scratch) {
+    fn invert_front(&mut self, number: usize, inverse: &mut [f64], scratch: &mut [Scratch]) {
         let front = self.plan.fronts[number];
         let (k, below, rows) = (front.pivots, front.below(), front.rows);
+        let Some((scratch, rest)) = scratch.split_first_mut() else { return };
         invert_triangle(self.kernels, &self.panels[front.panel..], &front, scratch);
         let Scratch { inverse: w, negative, y, transposed, .. } = scratch;
 
-        let [even, odd] = &mut self.stacks;
-        let (own, other) = if front.stack == 0 { (even, odd) } else { (odd, even) };
-        let z_below = Matrix { numbers: &own[front.update..], stride: front.update_stride() };
+        let z_below =
+            Matrix { numbers: &self.stacks[front.stack][front.update..], stride: front.update_stride() };
         let z = &mut inverse[front.inverse..front.inverse + rows * k + SLACK];
 
         let kernels = self.kernels;
@@ -97,29 +102,43 @@ impl Cholesky {
         subtract(kernels, (z, rows), (negative, w), [k, k, k], true); // L₁₁⁻ᵀL₁₁⁻¹
         subtract(kernels, (z, rows), (y, z_across), [k, k, below], false); // −Yᵀ·Z_IJ
 
-        for &child in self.plan.children_of(&front) {
-            let child = self.plan.fronts[child as usize];
-            let target = &mut other[child.update..child.update + child.update_len()];
-            let runs = self.plan.runs_of(&child);
-            for run in runs {
-                for t in 0..run.len as usize {
-                    let column = run.to as usize + t;
-                    let to = &mut target[(run.from as usize + t) * child.update_stride()..];
-                    // The column in three pieces: rows of the pivots, and rows below them.
-                    let (upper, lower) = if run.pivots {
-                        let column = &z[column * rows..][..rows];
-                        (&column[..k], &column[k..])
-                    } else {
-                        (
-                            &z_across.numbers[column * k..][..k],
-                            &z_below.numbers[column * z_below.stride..][..below],
-                        )
-                    };
-                    for other in runs {
-                        let from = if other.pivots { upper } else { lower };
-                        let len = other.len as usize;
-                        to[other.from as usize..][..len].copy_from_slice(&from[other.to as usize..][..len]);
-                    }
+        // A leaf has no place of its own on the stack: it is done before the other children get theirs.
+        for group in 0..self.plan.leaves_of(&front).len() {
+            let Leaves { first, count, .. } = self.plan.leaves_of(&front)[group];
+            for leaf in first as usize..(first + count) as usize {
+                self.hand_down(&front, leaf, inverse, transposed);
+                self.invert_front(leaf, inverse, rest);
+            }
+        }
+        for child in 0..self.plan.children_of(&front).len() {
+            let child = self.plan.children_of(&front)[child] as usize;
+            self.hand_down(&front, child, inverse, transposed);
+        }
+    }
+
+    /// Copies the rows and columns of Z that a child needs to the place of its update; `across` is Z_IJᵀ of the parent.
+    fn hand_down(&mut self, front: &Front, child: usize, inverse: &[f64], across: &[f64]) {
+        let (k, below, rows) = (front.pivots, front.below(), front.rows);
+        let child = &self.plan.fronts[child];
+        let [even, odd] = &mut self.stacks;
+        let (own, other) = if front.stack == 0 { (&*even, odd) } else { (&*odd, even) };
+        let target = &mut other[child.update..child.update + child.update_len()];
+        let runs = self.plan.runs_of(child);
+        for run in runs {
+            for t in 0..run.len as usize {
+                let column = run.to as usize + t;
+                let to = &mut target[(run.from as usize + t) * child.update_stride()..];
+                // The column in two pieces: rows of the pivots, and rows below them.
+                let (upper, lower) = if run.pivots {
+                    inverse[front.inverse + column * rows..][..rows].split_at(k)
+                } else {
+                    let below = &own[front.update + column * front.update_stride()..][..below];
+                    (&across[column * k..][..k], below)
+                };
+                for other in runs {
+                    let from = if other.pivots { upper } else { lower };
+                    let len = other.len as usize;
+                    to[other.from as usize..][..len].copy_from_slice(&from[other.to as usize..][..len]);
                 }
             }
         }

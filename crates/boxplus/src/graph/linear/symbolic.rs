@@ -6,6 +6,8 @@
 //! keep the arithmetic busy, so that a supernode is merged into its parent where the zeros it brings cost less than the
 //! front it saves (Ashcraft & Grimes 1989); the cost model was measured ([`cost`]).
 
+use core::cmp::Ordering;
+
 use super::dissection::separators;
 use super::ordering::minimum_degree;
 
@@ -102,6 +104,13 @@ impl Lists {
             next[list as usize] += 1;
         }
         Self { starts, items }
+    }
+
+    /// Sorts every list.
+    fn sort_by(&mut self, order: impl Fn(&u32, &u32) -> Ordering) {
+        for ends in self.starts.windows(2) {
+            self.items[ends[0] as usize..ends[1] as usize].sort_by(&order);
+        }
     }
 
     pub(super) fn of(&self, list: u32) -> &[u32] {
@@ -281,8 +290,11 @@ impl Supernodes {
     }
 
     /// Numbers everything anew, in postorder.
-    fn emit(&self, order: &[u32]) -> Symbolic {
+    fn emit(mut self, order: &[u32]) -> Symbolic {
         let count = self.nodes.len();
+        for node in &self.nodes {
+            self.rows[node.rows.0..node.rows.1].sort_unstable();
+        }
         let by_last = self.by_last();
         let representatives: Vec<u32> = (0..count as u32).map(|i| self.representative(i)).collect();
         let parts = Lists::new(count, by_last.iter().map(|&i| (representatives[i as usize], i)));
@@ -291,10 +303,19 @@ impl Supernodes {
             parent if parent == i => NONE,
             parent => representatives[parent as usize],
         };
-        let children = Lists::new(
+        let mut children = Lists::new(
             count,
             by_last.iter().copied().filter(whole).map(|i| (parent_of(i), i)).filter(|&(p, _)| p != NONE),
         );
+        // Leaves first, those with the same rows together.
+        let is_leaf: Vec<bool> = (0..count as u32).map(|i| children.of(i).is_empty()).collect();
+        let rows = |i: u32| {
+            let node = &self.nodes[i as usize];
+            let rows = &self.rows[node.rows.0..node.rows.1];
+            is_leaf[i as usize].then(|| &rows[rows.partition_point(|&row| row <= node.last)..])
+        };
+        children
+            .sort_by(|&a, &b| rows(b).is_some().cmp(&rows(a).is_some()).then_with(|| rows(a).cmp(&rows(b))));
         let roots = by_last.iter().copied().filter(whole).filter(|&i| parent_of(i) == NONE);
 
         let postorder = postorder(roots, &children);

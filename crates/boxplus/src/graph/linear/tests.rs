@@ -49,7 +49,17 @@ fn graphs() -> Vec<(&'static str, usize, Pairs)> {
         ("random", 80, random(80, 160)),
         ("sparse", 200, random(200, 150)),
         ("thick", 60, random(60, 600)),
+        ("points", 129, points(9, 120)),
     ]
+}
+
+/// Cameras in a row, each point seen by two to four of them; many points by the same ones.
+fn points(cameras: u32, count: u32) -> Pairs {
+    let seen = |point: u32| {
+        let (first, views) = (point * 7 % (cameras - 4), 2 + point % 3);
+        (0..views).map(move |view| (first + view + view / 2, cameras + point))
+    };
+    (0..count).flat_map(seen).collect()
 }
 
 fn dims(count: usize, kind: usize, rng: &mut ChaCha8Rng) -> Vec<usize> {
@@ -304,6 +314,20 @@ fn landmarks_are_leaves() {
 }
 
 #[test]
+fn points_seen_by_the_same_cameras_go_into_the_reduced_system_together() {
+    let mut dims = vec![9; 12];
+    dims.extend([3; 300]);
+    let pattern = Pattern::new(&dims, &points(12, 300)).unwrap();
+    let plan = Cholesky::new(&pattern).unwrap().plan;
+    let leaves = plan.fronts.iter().filter(|front| front.is_leaf).count();
+    assert!(2 * leaves > 300, "{leaves}"); // the others are merged into a camera, where that costs less
+    let groups: Vec<_> = plan.fronts.iter().flat_map(|front| plan.leaves_of(front)).collect();
+    assert_eq!(groups.iter().map(|group| group.count as usize).sum::<usize>(), leaves);
+    // Points begin at one of 8 cameras and are seen by 2, 3 or 4; a camera may be a leaf, too.
+    assert!(groups.len() <= 8 * 3 + 12, "{}", groups.len());
+}
+
+#[test]
 fn a_factorisation_allocates_nothing() {
     let counted = allocation_counter::measure(|| drop(std::hint::black_box(vec![0.0; 9])));
     assert!(counted.count_total > 0, "allocations are counted");
@@ -322,16 +346,24 @@ fn a_factorisation_allocates_nothing() {
 #[cfg(feature = "parallel")]
 #[test]
 fn no_bit_depends_on_the_number_of_threads() {
+    let at = |x: u32, y: u32| x + 40 * y;
+    let mut grid: Pairs = (0..40).flat_map(|y| (1..40).map(move |x| (at(x - 1, y), at(x, y)))).collect();
+    grid.extend((1..40).flat_map(|y| (0..40).map(move |x| (at(x, y - 1), at(x, y)))));
+    let mut dims = vec![9; 30];
+    dims.extend([3; 2000]);
+    for (dims, pairs) in [(vec![6; 1600], grid), (dims, points(30, 2000))] {
+        for_any_number_of_threads(&Pattern::new(&dims, &pairs).unwrap());
+    }
+}
+
+#[cfg(feature = "parallel")]
+fn for_any_number_of_threads(pattern: &Pattern) {
     use crate::pool::Pool;
     let mut rng = ChaCha8Rng::seed_from_u64(8);
-    let at = |x: u32, y: u32| x + 40 * y;
-    let mut pairs: Pairs = (0..40).flat_map(|y| (1..40).map(move |x| (at(x - 1, y), at(x, y)))).collect();
-    pairs.extend((1..40).flat_map(|y| (0..40).map(move |x| (at(x, y - 1), at(x, y)))));
-    let pattern = Pattern::new(&[6; 1600], &pairs).unwrap();
-    let matrix = positive(&pattern, &mut rng);
+    let matrix = positive(pattern, &mut rng);
     let (rhs, zeros) = (vector(pattern.size(), &mut rng), vec![0.0; pattern.size()]);
     let solve = |threads: usize| {
-        let mut cholesky = Cholesky::new(&pattern).unwrap();
+        let mut cholesky = Cholesky::new(pattern).unwrap();
         cholesky.share(std::sync::Arc::new(Pool::new(threads, 1000))).unwrap();
         cholesky.factorise_with(&matrix, (0.0, &zeros), &rhs).unwrap();
         let solution = cholesky.solution();

@@ -39,6 +39,7 @@
 use super::se3::{coupling, right_coupling, right_coupling_inverse, turn, unturn};
 use super::se23::split;
 use super::so3::{check_affine, polynomial, skew};
+use crate::lie::unrolled::{blocks, cross, transposed};
 use crate::lie::{Action, LieError, LieGroup, Real, SE23, SO3, Stumpff};
 use core::ops::Mul;
 use nalgebra::{Matrix3, Matrix4, SMatrix, SVector, Vector3, Vector4};
@@ -52,13 +53,13 @@ pub struct SGal3<S = f64>(pub(in crate::lie) [S; 11]);
 impl<S: Real> SGal3<S> {
     /// The frame of `rotation`, at `position` in m when its clock shows 0, moving at `velocity` in m/s, its clock behind by
     /// `time` in s; all in the parent frame.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn new(rotation: SO3<S>, position: Vector3<S>, velocity: Vector3<S>, time: S) -> Self {
         Self::from_extended(SE23::new(rotation, position, velocity), time)
     }
 
     /// An extended pose and the time t.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn from_extended(extended: SE23<S>, time: S) -> Self {
         let [x, y, z, i, j, k, w, a, b, c] = extended.0;
         Self([x, y, z, i, j, k, w, a, b, c, time])
@@ -76,31 +77,31 @@ impl<S: Real> SGal3<S> {
     }
 
     /// R.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn rotation(&self) -> SO3<S> {
         self.extended_pose().rotation()
     }
 
     /// p, in metres of the parent frame.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn position(&self) -> Vector3<S> {
         self.extended_pose().position()
     }
 
     /// v, in m/s of the parent frame.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn velocity(&self) -> Vector3<S> {
         self.extended_pose().velocity()
     }
 
     /// t in seconds: time in the parent frame minus time in the local one.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn time(&self) -> S {
         self.0[10]
     }
 
     /// (R, p, v) without the time.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn extended_pose(&self) -> SE23<S> {
         let [x, y, z, i, j, k, w, a, b, c, _] = self.0;
         SE23([x, y, z, i, j, k, w, a, b, c])
@@ -130,22 +131,19 @@ struct Blocks<S> {
 }
 
 impl<S: Real> Blocks<S> {
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn matrix(&self) -> SMatrix<S, 10, 10> {
-        let mut m = SMatrix::<S, 10, 10>::zeros();
-        for i in [0, 3, 6] {
-            m.fixed_view_mut::<3, 3>(i, i).copy_from(&self.a);
-        }
-        m.fixed_view_mut::<3, 3>(0, 3).copy_from(&self.b);
-        m.fixed_view_mut::<3, 3>(0, 6).copy_from(&self.c);
-        m.fixed_view_mut::<3, 1>(0, 9).copy_from(&self.d);
-        m.fixed_view_mut::<3, 3>(6, 3).copy_from(&self.e);
-        m[(9, 9)] = self.f;
+        let Self { a, b, c, d, e, f } = self;
+        let o = &Matrix3::zeros();
+        let mut m: SMatrix<S, 10, 10> = blocks([[a, b, c], [o, a, o], [o, e, a]]);
+        [m.data.0[9][0], m.data.0[9][1], m.data.0[9][2]] = d.data.0[0];
+        m.data.0[9][9] = *f;
         m
     }
 }
 
 /// U(ν, φ), given c_k(|φ|²).
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn time_coupling<S: Real>(nu: &Vector3<S>, phi: &Vector3<S>, k: &Stumpff<S>) -> Matrix3<S> {
     let (three, four, half) = (S::lit(3.0), S::lit(4.0), S::lit(0.5));
     let (along, across) = (phi.dot(nu) * half, phi.cross(nu));
@@ -153,10 +151,11 @@ fn time_coupling<S: Real>(nu: &Vector3<S>, phi: &Vector3<S>, k: &Stumpff<S>) -> 
         - phi * (along * (k.c3 - three * (k.c4 - k.c5)));
     let outer = across * (phi * (k.beta2() * half)).transpose();
     let bend = -along * (k.c4 - four * (k.c5 - k.c6));
-    coupling(&s, (k.c3 - k.c4) * half, bend, nu, phi) - outer - outer.transpose()
+    coupling(&s, (k.c3 - k.c4) * half, bend, nu, phi) - outer - transposed(&outer)
 }
 
 /// (J_r⁻¹, J_l⁻¹) of a tangent, given c_k(|φ|²) and d.
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn inverses<S: Real>(tau: &SVector<S, 10>, k: &Stumpff<S>, d: S) -> [SMatrix<S, 10, 10>; 2] {
     let ([rho, phi, nu], half, iota, e) = (split(tau), S::lit(0.5), tau[9], k.e());
     let j = polynomial(&phi, half, d);
@@ -165,18 +164,18 @@ fn inverses<S: Real>(tau: &SVector<S, 10>, k: &Stumpff<S>, d: S) -> [SMatrix<S, 
     let b = (k.c3 * k.beta1() - k.c2 * k.beta2()) / (k.c2 * k.c2 * S::lit(4.0));
     let outer = phi * (phi.cross(&nu) * (e * half)).transpose();
     // J_r⁻¹(τ) = J_l⁻¹(−τ): even powers of τ keep their sign, such as ιŨ, odd ones change it.
-    let u = (skew(&(phi * (phi.dot(&nu) * b) - nu * r)) + outer + outer.transpose()) * iota;
+    let u = (skew(&(phi * (phi.dot(&nu) * b) - nu * r)) + outer + transposed(&outer)) * iota;
     let bend = skew(&(phi * (-iota * (r + r))));
     let shift = Matrix3::from_diagonal_element(iota * half);
     let (straight, across, f) = (nu * half, phi.cross(&nu) * d, S::one());
     let right = Blocks { a: j, b: p + u, c: bend - shift, d: across + straight, e: q, f };
-    let [a, b, e] = [j, p, q].map(|m| m.transpose());
+    let [a, b, e] = [j, p, q].map(|m| transposed(&m));
     let left = Blocks { a, b: b + u, c: bend + shift, d: across - straight, e, f };
     [right.matrix(), left.matrix()]
 }
 
 /// Log of the vectors: J⁻¹p − ι(½ν − d·φ×ν), φ, J⁻¹v and t.
-#[inline]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn join<S: Real>(x: &SGal3<S>, phi: &Vector3<S>, d: S) -> SVector<S, 10> {
     let nu = unturn(phi, d, &x.velocity());
     let rho = unturn(phi, d, &x.position()) - (nu * S::lit(0.5) - phi.cross(&nu) * d) * x.time();
@@ -194,24 +193,24 @@ impl<S: Real> LieGroup<10> for SGal3<S> {
     type Over<T: Real> = SGal3<T>;
     type Algebra = SMatrix<S, 5, 5>;
 
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn identity() -> Self {
         Self::from_extended(SE23::identity(), S::zero())
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn compose(&self, rhs: &Self) -> Self {
         let x = self.extended_pose().compose(&rhs.extended_pose());
         let position = x.position() + self.velocity() * rhs.time();
         Self::new(x.rotation(), position, x.velocity(), self.time() + rhs.time())
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn inverse(&self) -> Self {
         let rotation = self.rotation().inverse();
         let start = self.position() - self.velocity() * self.time();
         Self::new(rotation, -rotation.act(&start), -rotation.act(&self.velocity()), -self.time())
     }
     /// Subtracts positions, velocities and times first: the error is relative to their differences.
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn between(&self, other: &Self) -> Self {
         let inverse = self.rotation().inverse();
         let time = other.time() - self.time();
@@ -220,7 +219,7 @@ impl<S: Real> LieGroup<10> for SGal3<S> {
         let rotation = inverse.compose(&other.rotation());
         Self::new(rotation, inverse.act(&position), inverse.act(&velocity), time)
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn exp(tau: &SVector<S, 10>) -> Self {
         let [rho, phi, nu] = split(tau);
         let (rotation, half) = SO3::exp_half(&phi);
@@ -230,25 +229,25 @@ impl<S: Real> LieGroup<10> for SGal3<S> {
         let position = turn(&phi, &half, &rho) + growth * tau[9];
         Self::new(rotation, position, turn(&phi, &half, &nu), tau[9])
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn log(&self) -> SVector<S, 10> {
         let phi = self.rotation().log();
         join(self, &phi, Stumpff::new(phi.norm_squared()).d())
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn adjoint(&self) -> SMatrix<S, 10, 10> {
         let (a, v) = (self.rotation().to_matrix(), self.velocity());
         let start = self.position() - v * self.time();
-        let (b, e) = (skew(&start) * a, skew(&v) * a);
-        Blocks { a, b, c: -a * self.time(), d: v, e, f: S::one() }.matrix()
+        let (b, e) = (cross(&start, &a), cross(&v, &a));
+        Blocks { a, b, c: a * -self.time(), d: v, e, f: S::one() }.matrix()
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn small_adjoint(tau: &SVector<S, 10>) -> SMatrix<S, 10, 10> {
         let [rho, phi, nu] = split(tau);
         let c = Matrix3::from_diagonal_element(-tau[9]);
         Blocks { a: skew(&phi), b: skew(&rho), c, d: nu, e: skew(&nu), f: S::zero() }.matrix()
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn right_jacobian(tau: &SVector<S, 10>) -> SMatrix<S, 10, 10> {
         let ([rho, phi, nu], iota) = (split(tau), tau[9]);
         let k = Stumpff::new(phi.norm_squared());
@@ -268,14 +267,14 @@ impl<S: Real> LieGroup<10> for SGal3<S> {
         }
         .matrix()
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn right_jacobian_inverse(tau: &SVector<S, 10>) -> SMatrix<S, 10, 10> {
         let [_, phi] = split(tau);
         let k = Stumpff::new(phi.norm_squared());
         let [right, _] = inverses(tau, &k, k.d());
         right
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn log_jacs(&self) -> (SVector<S, 10>, SMatrix<S, 10, 10>, SMatrix<S, 10, 10>) {
         let phi = self.rotation().log();
         let k = Stumpff::new(phi.norm_squared());
@@ -292,28 +291,29 @@ impl<S: Real> LieGroup<10> for SGal3<S> {
     fn vee(algebra: &SMatrix<S, 5, 5>) -> SVector<S, 10> {
         SE23::vee(algebra).push(algebra[(3, 4)])
     }
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn map<T: Real>(&self, f: impl Fn(S) -> T) -> SGal3<T> {
-        SGal3::from_extended(self.extended_pose().map(&f), f(self.time()))
+        let [x, y, z, i, j, k, w, a, b, c, t] = self.0;
+        SGal3([f(x), f(y), f(z), f(i), f(j), f(k), f(w), f(a), f(b), f(c), f(t)])
     }
 }
 
 /// Events (p, τ): a place in metres and a time in seconds.
 impl<S: Real> Action<10, 4> for SGal3<S> {
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn act(&self, event: &Vector4<S>) -> Vector4<S> {
         let place = self.extended_pose().act(&event.xyz()) + self.velocity() * event.w;
         Vector4::new(place.x, place.y, place.z, event.w + self.time())
     }
     /// \[R v; 0 1\].
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn linear_part(&self) -> Matrix4<S> {
         let mut m = self.rotation().to_matrix().to_homogeneous();
         m.fixed_view_mut::<3, 1>(0, 3).copy_from(&self.velocity());
         m
     }
     /// \[I, −p^, τI, 0; 0, 0, 0, 1\].
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn generators_at(event: &Vector4<S>) -> SMatrix<S, 4, 10> {
         let mut g = SMatrix::<S, 4, 10>::zeros();
         g.fixed_view_mut::<3, 3>(0, 0).fill_with_identity();
@@ -326,7 +326,7 @@ impl<S: Real> Action<10, 4> for SGal3<S> {
 
 impl<S: Real> Mul for SGal3<S> {
     type Output = Self;
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn mul(self, rhs: Self) -> Self {
         self.compose(&rhs)
     }
@@ -334,7 +334,7 @@ impl<S: Real> Mul for SGal3<S> {
 
 impl<S: Real> Mul<Vector4<S>> for SGal3<S> {
     type Output = Vector4<S>;
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn mul(self, event: Vector4<S>) -> Vector4<S> {
         self.act(&event)
     }

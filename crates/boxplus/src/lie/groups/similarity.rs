@@ -12,6 +12,7 @@
 //! then harmless. Within 3ε for |σ| ≤ 6, θ ≤ π, `f32` and `f64`, whichever of σ and θ vanishes.
 
 use super::so3::{quadratic, skew};
+use crate::lie::real::of_lanes;
 use crate::lie::stumpff::{MAX_TERMS, inverse_factorials};
 use crate::lie::{Blend, Real, Stumpff};
 use nalgebra::{Matrix3, SimdBool, Vector2, Vector3};
@@ -45,6 +46,9 @@ pub(super) fn over<S: Real>(a: &Vector2<S>, b: &Vector2<S>) -> Vector2<S> {
 #[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn phi<S: Real>(z: &Vector2<S>) -> (Vector2<S>, Vector2<S>) {
     let one = Vector2::new(S::one(), S::zero());
+    if let Some(nan) = of_lanes(z.x) {
+        return (one * nan, one * nan);
+    }
     S::choose(
         z.norm_squared().simd_lt(S::lit(SERIES_END)),
         || {
@@ -68,6 +72,9 @@ pub(super) fn phi<S: Real>(z: &Vector2<S>) -> (Vector2<S>, Vector2<S>) {
 #[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn growth<S: Real>(sigma: S, x: S) -> Polynomial<S> {
     let square = sigma * sigma + x;
+    if let Some(nan) = of_lanes(sigma) {
+        return Polynomial([nan; 3]);
+    }
     Polynomial(S::choose(
         square.simd_lt(S::lit(SERIES_END)),
         || growth_series(sigma, x),
@@ -261,6 +268,10 @@ impl<S: Real> SimilarityJacobian<S> {
     /// In closed form S would need several regimes, for σ and θ vanish independently. Doubling needs none, loses no digits,
     /// and serves all blocks at once.
     pub(super) fn new(sigma: S, x: S) -> Self {
+        if let Some(nan) = of_lanes(sigma) {
+            let nothing = Polynomial([nan; 3]);
+            return Self { g: nothing, s: Coupling([nan; 6]), h: nothing, j: nothing };
+        }
         let mut scale = halved(x + sigma * sigma);
         let mut jacobian = Self::series(sigma, x, scale);
         loop {
