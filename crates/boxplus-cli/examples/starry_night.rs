@@ -1,7 +1,8 @@
 //! Where is a camera that sees known points? "Starry night", an assignment of the course AER1513 of T. Barfoot: a stereo camera and an
 //! inertial sensor are carried over twenty landmarks; a motion-capture system knows the truth.
 //!
-//! Filtered, and smoothed with what came later. All noise is as the log itself states it.
+//! Filtered, and smoothed with what came later; as a batch with the measured speeds, and as one in continuous time without them, a state a
+//! second. All noise is as the log itself states it.
 //!
 //! Arguments: the folder of the public data, a picture to draw.
 
@@ -11,13 +12,18 @@ use std::path::Path;
 
 use boxplus::camera::Stereo;
 use boxplus::filter::{Ekf, Gate, Odometry, StereoSighting};
+use boxplus::graph::{
+    Between, Graph, Interpolated, Kernel, Key, MotionPrior, Noise, Prior, Reprojection, SolveOptions, Values,
+    VariableId,
+};
 use boxplus::io::{IoError, Layout, Stamp, Unit, decompress, read_log};
-use boxplus::lie::{LieGroup, SE3, SO3};
-use boxplus::recording::{Course, Log, Score, Stamped};
+use boxplus::lie::{LieGroup, Rn, SE3, SO3};
+use boxplus::recording::{Course, Fates, Log, Score, Stamped, Track, seconds};
+use boxplus::trajectory::Moving;
 use boxplus::uncertainty::{Covariance, Gaussian};
 use boxplus_cli::draw::Run;
 use log::{DEGREES, Outcome, Report, Row};
-use nalgebra::{Matrix3, Vector3, Vector4, Vector6};
+use nalgebra::{DMatrix, Matrix3, Matrix6, SVector, Vector3, Vector4, Vector6};
 
 /// At the start: metres and radians.
 const START: f64 = 0.1;
@@ -71,11 +77,123 @@ pub(crate) fn run(folder: &Path) -> Outcome<Report> {
         path: Some(log::path(true, band, truth, constants.landmarks.clone())),
         charts: log::charts(&scores[1], first.stamp_ns, names),
     };
+    let batch = |name: &str, track: &Track<SE3, 6>| {
+        let fates = Fates::default();
+        let row = Row::new(name, &Score::new(track, &poses, 0.3), 3, fates);
+        Row { accepted: seen.len(), ..row }
+    };
+    let odometry = odometry_batch(&constants, &smoothed, &poses, &speeds, &seen)?;
+    let continuous = continuous_batch(&odometry, &speeds, &seen)?;
+    let [odometry, continuous] = [("batch, speeds", odometry), ("batch, no speeds, 1 s", continuous)]
+        .map(|(name, track)| batch(name, &track));
     Ok(Report {
         title: "Starry night: stereo sightings on SE(3)".to_owned(),
-        rows: vec![filter, smoother],
+        rows: vec![filter, odometry, continuous, smoother],
         picture,
     })
+}
+
+/// A landmark seen by the pair on the body.
+fn reprojection(z: &StereoSighting) -> Reprojection<Stereo, 4, 5> {
+    let pose_from_camera = z.camera_from_body.inverse();
+    Reprojection { camera: z.camera, pose_from_camera, measured: z.measured }
+}
+
+/// All poses at once, joined by the measured speeds, from the smoothed ones on; sightings beyond 3σ pull no harder.
+fn odometry_batch(
+    constants: &Constants,
+    start: &[Stamped<Gaussian<SE3, 6>>],
+    poses: &[Stamped<SE3>],
+    speeds: &[Stamped<Vector6<f64>>],
+    seen: &[Stamped<StereoSighting>],
+) -> Outcome<Track<SE3, 6>> {
+    let (mut graph, mut values) = (Graph::new(), Values::new());
+    let first = Prior { mean: poses.first().ok_or("no pose")?.value };
+    let near = |pose: &Stamped<SE3>| {
+        let k = start.partition_point(|x| x.stamp_ns < pose.stamp_ns).min(start.len() - 1);
+        *start[k].value.mean()
+    };
+    let keys: Vec<_> = poses.iter().map(|pose| values.insert(near(pose))).collect();
+    graph.add((keys[0],), first, Noise::from_sigmas(&Vector6::repeat(START))?);
+    for (k, pair) in speeds.windows(2).enumerate() {
+        let duration = pair[1].seconds_since(pair[0].stamp_ns);
+        let step = SE3::exp(&(pair[0].value * duration));
+        let noise = Noise::from_sigmas(&(constants.speed_sigmas * duration.sqrt()))?;
+        graph.add((keys[k], keys[k + 1]), Between::new(step), noise);
+    }
+    for z in seen {
+        let k = poses.partition_point(|pose| pose.stamp_ns < z.stamp_ns);
+        let landmark = values.insert(Rn::new(z.value.landmark));
+        values.hold(landmark);
+        let noise = Noise::from_covariance(z.value.noise.matrix())?;
+        graph.add_robust((keys[k], landmark), reprojection(&z.value), noise, Kernel::Huber(3.0));
+    }
+    let solution = graph.optimize(&values, &SolveOptions::default())?;
+    let ids: Vec<VariableId> = keys.iter().map(|&key| key.into()).collect();
+    let covariances = graph.marginals(&solution.values)?.covariances(&ids)?;
+    let belief = |((key, covariance), pose): ((&Key<SE3>, &DMatrix<f64>), &Stamped<SE3>)| {
+        let covariance = Covariance::new(Matrix6::from_column_slice(covariance.as_slice()))?;
+        let mean = *solution.values.get(*key).ok_or("a pose is missing")?;
+        Ok(Stamped { stamp_ns: pose.stamp_ns, value: Gaussian::new(mean, covariance) })
+    };
+    keys.iter().zip(&covariances).zip(poses).map(belief).collect()
+}
+
+/// A pose with its velocity.
+type State = Moving<SE3, 6, 2, 12>;
+
+/// A state every ten steps, about a second, joined by white noise on acceleration; sightings at any time between two of them. Speeds say
+/// how strong that noise is, and another estimate where to start; neither is measured here.
+fn continuous_batch(
+    start: &[Stamped<Gaussian<SE3, 6>>],
+    speeds: &[Stamped<Vector6<f64>>],
+    seen: &[Stamped<StereoSighting>],
+) -> Outcome<Track<SE3, 6>> {
+    let density = Covariance::from_sigmas(&wander(speeds))?;
+    let times: Vec<i64> = start.iter().step_by(10).chain(start.last()).map(|x| x.stamp_ns).collect();
+    let (mut graph, mut values) = (Graph::new(), Values::new());
+    let states = start.iter().step_by(10).chain(start.last());
+    let keys: Vec<_> = states.map(|x| values.insert(State::new(*x.value.mean(), Vector6::zeros()))).collect();
+    let first = State::new(*start.first().ok_or("no pose")?.value.mean(), Vector6::zeros());
+    let sigmas = SVector::<f64, 12>::from_fn(|i, _| if i < 6 { START } else { 1.0 });
+    graph.add((keys[0],), Prior { mean: first }, Noise::from_sigmas(&sigmas)?);
+    let mut priors = vec![];
+    for (k, pair) in times.windows(2).enumerate() {
+        let prior = MotionPrior::<SE3, 6, 2, 12>::new(seconds(pair[0], pair[1]), density)?;
+        graph.add((keys[k], keys[k + 1]), prior, prior.noise()?);
+        priors.push(prior);
+    }
+    // The interval of a time, and how far into it.
+    let place = |stamp_ns: i64| {
+        let k = times.partition_point(|&time| time <= stamp_ns).clamp(1, times.len() - 1) - 1;
+        (k, seconds(times[k], stamp_ns), seconds(times[k], times[k + 1]))
+    };
+    for z in seen.iter().filter(|z| z.stamp_ns <= times[times.len() - 1]) {
+        let (k, time, duration) = place(z.stamp_ns);
+        let landmark = values.insert(Rn::new(z.value.landmark));
+        values.hold(landmark);
+        let noise = Noise::from_covariance(z.value.noise.matrix())?;
+        let between = Interpolated::<_, State, _>::new(reprojection(&z.value), duration, time)?;
+        graph.add_robust((keys[k], keys[k + 1], landmark), between, noise, Kernel::Huber(3.0));
+    }
+    let solution = graph.optimize(&values, &SolveOptions::default())?;
+    let mut marginals = graph.marginals(&solution.values)?;
+    let mut track = vec![];
+    for stamp_ns in start.iter().map(|x| x.stamp_ns) {
+        let (k, time, _) = place(stamp_ns);
+        let value = priors[k].query(&solution.values, &mut marginals, (keys[k], keys[k + 1]), time)?;
+        track.push(Stamped { stamp_ns, value });
+    }
+    Ok(track)
+}
+
+/// √ of the density of the noise on acceleration that changes the measured speeds as they change.
+fn wander(speeds: &[Stamped<Vector6<f64>>]) -> Vector6<f64> {
+    let change = |pair: &[Stamped<Vector6<f64>>]| {
+        let step = pair[1].value - pair[0].value;
+        step.component_mul(&step) / pair[1].seconds_since(pair[0].stamp_ns)
+    };
+    (speeds.windows(2).map(change).sum::<Vector6<f64>>() / (speeds.len() - 1) as f64).map(f64::sqrt)
 }
 
 /// What the head of the file says.

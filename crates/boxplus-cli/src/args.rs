@@ -10,7 +10,7 @@ use clap::{Args, Parser, Subcommand, ValueHint};
 use clap_complete::Shell;
 
 use crate::choices::{
-    Algorithm, Behind, Chart, Format, Gauge, Indefinite, Init, Intrinsics, Robust, simulator,
+    Algorithm, Behind, Chart, Format, Gauge, Indefinite, Init, Intrinsics, Robust, id, simulator,
 };
 use crate::consistency::{self, Consistency};
 use crate::filter;
@@ -157,7 +157,7 @@ pub struct Method {
     #[arg(long, value_name = "NAME[:SCALE]")]
     pub robust: Option<Robust>,
     /// Hold a vertex where it is; may be given again.
-    #[arg(long, value_name = "ID")]
+    #[arg(long, value_name = "ID", value_parser = id)]
     pub fix: Vec<u64>,
     /// Prove that no other estimate is better, or go on to one that is. For graphs of poses alone; the proof is about
     /// SE-Sync's cost, near whose optimum those of the other charts lie.

@@ -6,7 +6,7 @@ use std::str::FromStr;
 use boxplus::graph::{GraduatedLoss, Graduation, Kernel};
 use boxplus::pose_graph::simulate::Simulator;
 use boxplus::pose_graph::solve::{Pairwise, Switches};
-use boxplus::pose_graph::{self, ChartKind};
+use boxplus::pose_graph::{self, ChartKind, Label, NoLabel};
 use boxplus::{bundle_adjustment, graph, io};
 use clap::ValueEnum;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -20,6 +20,8 @@ pub enum Format {
     Toro,
     /// iSAM, .isam or .isam.txt: measurements only
     Isam,
+    /// PyFG, .pyfg: ranges; the vertices are the truth
+    Pyfg,
 }
 
 impl Format {
@@ -33,6 +35,7 @@ impl Format {
             (".toro", Self::Toro),
             (".isam", Self::Isam),
             (".isam.txt", Self::Isam),
+            (".pyfg", Self::Pyfg),
         ];
         endings.into_iter().find(|(ending, _)| name.ends_with(ending)).map(|(_, format)| format)
     }
@@ -43,8 +46,14 @@ impl Format {
             Self::G2o => io::Format::G2o,
             Self::Toro => io::Format::Toro,
             Self::Isam => io::Format::Isam,
+            Self::Pyfg => io::Format::Pyfg,
         }
     }
+}
+
+/// The id of a vertex, as a number or as `A0`.
+pub fn id(text: &str) -> Result<u64, NoLabel> {
+    text.parse().map(|Label(id)| id)
 }
 
 /// How the optimiser moves.

@@ -25,7 +25,9 @@ pub fn format(path: &Path, asked: Option<Format>) -> Result<Format, Error> {
     let standard = is_standard(path).then_some(Format::G2o);
     asked.or(standard).or_else(|| Format::of(path)).ok_or_else(|| Error::Usage {
         message: format!("the name {} does not tell the format", path.display()),
-        help: Some("end it in .g2o, .graph (TORO) or .isam, or say --to g2o, toro or isam".to_owned()),
+        help: Some(
+            "end it in .g2o, .graph (TORO), .isam or .pyfg, or say --to g2o, toro, isam or pyfg".to_owned(),
+        ),
     })
 }
 

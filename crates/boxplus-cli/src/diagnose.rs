@@ -2,7 +2,7 @@
 
 use boxplus::graph::{Conditioning, Loose, Weak};
 use boxplus::pose_graph::diagnose::{Diagnosis, Fit, Freedom, NotFinite, Part, Scale};
-use boxplus::pose_graph::{Kind, PoseGraphError};
+use boxplus::pose_graph::{Kind, Label, PoseGraphError};
 use serde::Serialize;
 
 use crate::args::{Diagnose, Global};
@@ -170,11 +170,11 @@ impl Place {
 
     fn text(&self) -> String {
         let line = self.line.map_or(String::new(), |line| format!("{DIM}line {line}:{DIM:#} "));
-        let to = self.to.map_or(String::new(), |to| format!(" → {to}"));
+        let to = self.to.map_or(String::new(), |to| format!(" → {}", Label(to)));
         format!(
             "{line}{WARN}{} {}{to} has a number that is not finite{WARN:#}",
             self.kind.unwrap_or("vertex"),
-            self.id
+            Label(self.id)
         )
     }
 }

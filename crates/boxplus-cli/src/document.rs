@@ -5,7 +5,7 @@ use std::path::Path;
 use boxplus::graph::{Initial, Iteration, VariableName};
 use boxplus::pose_graph::certify::Certificate;
 use boxplus::pose_graph::solve::Misfit;
-use boxplus::pose_graph::{PoseGraph, Solved};
+use boxplus::pose_graph::{Label, MapError, PoseGraph, Solved};
 use serde::Serialize;
 
 use crate::args::Method;
@@ -57,6 +57,8 @@ pub struct SolveDocument {
     pub pairwise: Option<PairwiseReport>,
     /// Lines whose information matrix was mended, or that were left out: see `--information`.
     pub mended: Vec<u32>,
+    /// Where the file holds the truth: how far the result is from it.
+    pub truth: Option<TruthReport>,
     /// With `--certify`: what is proved about the result.
     pub certificate: Option<CertificateReport>,
     /// What nothing constrains, in words.
@@ -71,6 +73,29 @@ pub struct PairwiseReport {
     pub kept: usize,
     /// Whether it is certain that no set is larger; otherwise the search was cut short.
     pub is_largest: bool,
+}
+
+/// The result beside the truth, laid upon it by the rigid motion of the whole map that suits the poses best.
+#[derive(Debug, Serialize)]
+pub struct TruthReport {
+    pub poses: usize,
+    /// Root mean square distance of the positions, metres.
+    pub position: f64,
+    /// The largest, metres.
+    pub largest: f64,
+    /// Root mean square angle, radians.
+    pub rotation: f64,
+    pub points: usize,
+    /// Root mean square distance of the points, metres.
+    pub landmark: f64,
+}
+
+impl TruthReport {
+    fn new(loaded: &Loaded, solved: &PoseGraph) -> Option<Self> {
+        let MapError { poses, position, largest, rotation, points, landmark } =
+            solved.error_beside(loaded.truth()?).ok()?;
+        Some(Self { poses, position, largest, rotation, points, landmark })
+    }
 }
 
 #[derive(Debug, Serialize)]
@@ -248,6 +273,7 @@ impl SolveDocument {
                 is_largest: selection.is_largest,
             }),
             mended: solved.mended.iter().map(|line| line.0).collect(),
+            truth: TruthReport::new(loaded, graph),
             certificate: None,
             unconstrained: solved.unconstrained.as_ref().map(ToString::to_string),
             outputs: Vec::new(),
@@ -304,7 +330,7 @@ impl Gauge {
 /// `pose 7`.
 fn spoken(variable: &VariableName) -> String {
     let kind = if matches!(variable.kind, "SE2" | "SE3") { "pose" } else { "point" };
-    format!("{kind} {}", variable.label)
+    format!("{kind} {}", Label(variable.label))
 }
 
 impl Initialisation {

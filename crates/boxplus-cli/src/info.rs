@@ -1,6 +1,6 @@
 //! `boxplus info`: what is in a file, and what is wrong with it.
 
-use boxplus::pose_graph::{Degree, Fault, PoseGraph, Severity, Statistics};
+use boxplus::pose_graph::{Degree, Fault, Label, PoseGraph, Severity, Statistics};
 use serde::Serialize;
 
 use crate::args::{Global, Info};
@@ -168,7 +168,8 @@ fn vertices(graph: &PoseGraph, s: &Statistics) -> String {
     let kinds: Vec<_> = kinds(graph).into_iter().map(|(n, one, many)| count(n, one, many)).collect();
     let named = format!("none; measurements name {}", count(s.ids, "vertex", "vertices"));
     let what = if kinds.is_empty() { named } else { kinds.join(", ") };
-    let ids = s.id_range.map_or(String::new(), |(low, high)| format!("ids {low} to {high}"));
+    let ids =
+        s.id_range.map_or(String::new(), |(low, high)| format!("ids {} to {}", Label(low), Label(high)));
     let gaps = if s.id_gaps > 0 {
         format!(", {} unused", grouped(usize::try_from(s.id_gaps).unwrap_or(usize::MAX)))
     } else {

@@ -37,6 +37,12 @@ pub struct Loaded {
 }
 
 impl Loaded {
+    /// The graph, where its vertices are the truth.
+    pub fn truth(&self) -> Option<&PoseGraph> {
+        let told = self.format.is_some_and(graph_io::Format::holds_truth) && self.graph.vertex_count() > 0;
+        told.then_some(&self.graph)
+    }
+
     /// Everything wrong with it.
     pub fn faults(&self) -> Vec<Fault> {
         self.warnings.iter().copied().chain(self.graph.faults()).collect()

@@ -1,6 +1,10 @@
 //! What `solve` says: one readable screen.
 
-use crate::document::{CertificateReport, DescentReport, Seconds, SolveDocument, Trial, WorstEdge};
+use boxplus::pose_graph::Label;
+
+use crate::document::{
+    CertificateReport, DescentReport, Seconds, SolveDocument, Trial, TruthReport, WorstEdge,
+};
 use crate::output::{DIM, GOOD, STRONG, WARN};
 use crate::text::{count, duration, grouped, significant};
 
@@ -14,6 +18,7 @@ impl SolveDocument {
     pub fn screen(&self, verbose: bool) -> String {
         let mut rows = vec![self.heading(), String::new(), self.cost_row()];
         rows.extend(self.charts());
+        rows.extend(self.truth.iter().map(TruthReport::row));
         rows.extend(self.certificate.iter().flat_map(CertificateReport::rows));
         rows.push(row("stopped", &self.stopped()));
         rows.push(row("start", &self.start()));
@@ -84,7 +89,7 @@ impl SolveDocument {
     fn held(&self) -> String {
         match (self.gauge.fixed.as_slice(), self.gauge.held.as_slice()) {
             ([], []) => "nothing: priors keep the graph in place".to_owned(),
-            ([id], []) => format!("vertex {id}, as asked"),
+            ([id], []) => format!("vertex {}, as asked", Label(*id)),
             (ids, []) => format!("{} vertices, as asked", grouped(ids.len())),
             (_, [one]) => format!("{one}, because nothing else is fixed"),
             (_, many) => {
@@ -191,6 +196,23 @@ impl Trial {
     }
 }
 
+impl TruthReport {
+    fn row(&self) -> String {
+        let [position, largest, landmark] = [self.position, self.largest, self.landmark]
+            .map(|metres| format!("{} m", significant(metres, 3)));
+        let points = match self.points {
+            0 => String::new(),
+            n => format!(" · {} {landmark}", count(n, "point", "points")),
+        };
+        let angle = significant(self.rotation, 3);
+        let what = format!("{DIM}rms beside the truth, aligned{DIM:#}");
+        row(
+            "error",
+            &format!("{STRONG}{position}{STRONG:#}, at most {largest}, {angle} rad{points}   {what}"),
+        )
+    }
+}
+
 impl CertificateReport {
     fn rows(&self) -> Vec<String> {
         let gap = significant(self.gap, 2);
@@ -219,9 +241,9 @@ impl CertificateReport {
 impl WorstEdge {
     /// `0 → 7   χ² 12.1   2 σ   line 5`.
     pub fn text(&self) -> String {
-        let to = self.to.map_or(String::new(), |to| format!(" → {to}"));
+        let to = self.to.map_or(String::new(), |to| format!(" → {}", Label(to)));
         let line = self.line.map_or(String::new(), |line| format!("   {DIM}line {line}{DIM:#}"));
-        let ends = format!("{}{to}", self.from);
+        let ends = format!("{}{to}", Label(self.from));
         let (chi2, sigmas) = (significant(self.chi2, 4), significant(self.sigmas, 3));
         format!("{ends:<16} χ² {chi2:<10} {sigmas:>6} σ{line}")
     }

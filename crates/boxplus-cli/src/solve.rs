@@ -1,5 +1,6 @@
 //! `boxplus solve`: read, optimise, report, write.
 
+use std::borrow::Cow;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
@@ -37,7 +38,8 @@ pub fn run(options: &Solve, global: &Global, console: Console) -> Result<Outcome
     let picture = options.plot.as_deref().map(Picture::of).transpose()?;
     let console = console.beside(options.output.as_deref())?;
     let settings = settings(&options.method, global);
-    let solved = optimise(&loaded.graph, &loaded, &settings, console)?;
+    let measured = blind(&loaded, &settings);
+    let solved = optimise(&measured, &loaded, &settings, console)?;
     let (solved, certificate) =
         if options.method.certify && solved.report.termination != Termination::Interrupted {
             let (solved, certificate) = certified(solved, &loaded, &settings, console)?;
@@ -88,6 +90,14 @@ fn result_format(path: &Path, asked: Option<Format>) -> Result<Format, Error> {
             help: Some("write .g2o or .graph (TORO)".to_owned()),
         }),
         format => Ok(format),
+    }
+}
+
+/// The graph to solve: where its vertices are the truth, they are forgotten, unless the user says to start from them.
+fn blind<'a>(loaded: &'a Loaded, settings: &SolveSettings) -> Cow<'a, PoseGraph> {
+    match loaded.truth() {
+        Some(truth) if settings.initial != Initial::AsGiven => Cow::Owned(truth.measurements_only()),
+        _ => Cow::Borrowed(&loaded.graph),
     }
 }
 

@@ -33,6 +33,9 @@ macro_rules! log {
             let (position, rotation, inside, nees): Bounds = $bounds;
             assert!(!report.rows.is_empty() && report.picture.svg().len() > 5000);
             for row in &report.rows {
+                // Of a camera that is lost for seconds, without the speeds that bridge them.
+                let alone = row.name.contains("no speeds");
+                let (position, rotation) = if alone { (0.08, 10.0) } else { (position, rotation) };
                 assert!(row.position.is_none_or(|x| x < position), "{row:?}");
                 assert!(row.rotation.is_none_or(|x| x < rotation), "{row:?}");
                 assert!(row.inside > inside && row.nees < nees, "{row:?}");

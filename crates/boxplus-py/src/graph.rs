@@ -3,30 +3,31 @@
 
 use crate::argument::Argument;
 use crate::error::{GraphError, ShapeError};
+use crate::estimate::{Estimate, Marginals, report};
 use crate::slot::{Element, Matrix, Scalar, Slot, Vector, rows};
-use crate::solve::{choice, initial, iteration_dict, observed, set_option};
+use crate::solve::{choice, initial, observed, set_option};
 use crate::user_factor::{Column, Raised, UserFactors};
 use boxplus::graph::{
     Bearing2, Bearing3, Between, Factor, FactorId, Graph, GroupVariable, Initial, Kernel, Key, Located,
-    Noise, Prior, Range, Sighting2, Sighting3, Solution, SolveOptions, Values, VariableId, Variables,
+    Noise, Prior, Range, Sighting2, Sighting3, SolveOptions, Values, Variables,
 };
 use boxplus::lie::{Plain, Rn, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
 use bytemuck::TransparentWrapper;
-use nalgebra::{DMatrix, SVector, Unit};
-use numpy::{IxDyn, PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArray1};
+use nalgebra::{SVector, Unit};
+use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::{PyIndexError, PyKeyboardInterrupt, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{IntoPyDict, PyDict};
+use pyo3::types::PyDict;
 use std::ops::ControlFlow;
 
-type R1 = Rn<1>;
-type R2 = Rn<2>;
-type R3 = Rn<3>;
-type R4 = Rn<4>;
-type R5 = Rn<5>;
-type R6 = Rn<6>;
+pub(crate) type R1 = Rn<1>;
+pub(crate) type R2 = Rn<2>;
+pub(crate) type R3 = Rn<3>;
+pub(crate) type R4 = Rn<4>;
+pub(crate) type R5 = Rn<5>;
+pub(crate) type R6 = Rn<6>;
 /// Numbers of variables among those of their kind.
-type Numbers<'py> = PyReadonlyArray1<'py, u32>;
+pub(crate) type Numbers<'py> = PyReadonlyArray1<'py, u32>;
 /// How sure measurements are: `"sigmas"`, `"information"` or `"covariance"`, the array, and the name of a robust kernel.
 type Certainty<'py> = (String, Bound<'py, PyAny>, String);
 /// Places of factors, in the order of their addition.
@@ -59,6 +60,8 @@ macro_rules! of_group {
         $function::<$group, $d, $n>($($argument),*)
     };
 }
+
+pub(crate) use of_group;
 
 /// Variables and factors in the memory of the library.
 #[pyclass(module = "boxplus._core")]
@@ -333,64 +336,6 @@ impl FactorGraph {
     }
 }
 
-/// Values of all variables.
-#[pyclass(frozen, module = "boxplus._core")]
-pub(crate) struct Estimate(Values);
-
-#[pymethods]
-impl Estimate {
-    /// The stored numbers of variables, (N, ...), read-only.
-    fn get<'py>(
-        &self,
-        py: Python<'py>,
-        kind: &str,
-        numbers: Numbers<'py>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        of_group!(kind, read(py, &self.0, numbers.as_slice()?))
-    }
-}
-
-/// Covariances at an estimate.
-#[pyclass(module = "boxplus._core")]
-pub(crate) struct Marginals(boxplus::graph::Marginals);
-
-#[pymethods]
-impl Marginals {
-    /// D×D each, of variables of one kind: (N, D, D), local.
-    fn covariances<'py>(
-        &mut self,
-        py: Python<'py>,
-        estimate: &Estimate,
-        kind: &str,
-        numbers: Numbers<'py>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let (dimension, ids) = of_group!(kind, ids(&estimate.0, numbers.as_slice()?))?;
-        let found = py.detach(|| self.0.covariances(&ids)).map_err(refused)?;
-        let entries: Vec<f64> = found.iter().flat_map(DMatrix::as_slice).copied().collect();
-        PyArray1::from_vec(py, entries).reshape(IxDyn(&[ids.len(), dimension, dimension]))
-    }
-
-    /// That of all given variables together, in their order.
-    fn joint<'py>(
-        &mut self,
-        py: Python<'py>,
-        estimate: &Estimate,
-        variables: Vec<(String, Numbers<'py>)>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let mut all = vec![];
-        for (kind, numbers) in &variables {
-            all.extend(of_group!(kind.as_str(), ids(&estimate.0, numbers.as_slice()?))?.1);
-        }
-        let joint = py.detach(|| self.0.joint(&all)).map_err(refused)?;
-        PyArray1::from_slice(py, joint.as_slice()).reshape(IxDyn(&[joint.nrows(), joint.ncols()]))
-    }
-
-    /// What was held for lack of anything that says where the graph is.
-    fn held(&self) -> Vec<String> {
-        self.0.gauge().iter().map(ToString::to_string).collect()
-    }
-}
-
 fn insert<G: Estimated<D, N>, const D: usize, const N: usize>(
     values: &mut Values,
     numbers: &Bound<'_, PyAny>,
@@ -457,34 +402,8 @@ fn column<G: Estimated<D, N>, const D: usize, const N: usize>(
     Ok(Box::new(crate::user_factor::Keys::<G, D, N>(keys::<G>(values, numbers)?)))
 }
 
-fn ids<G: Estimated<D, N>, const D: usize, const N: usize>(
-    values: &Values,
-    numbers: &[u32],
-) -> PyResult<(usize, Vec<VariableId>)> {
-    Ok((D, keys::<G>(values, numbers)?.into_iter().map(VariableId::from).collect()))
-}
-
-fn read<'py, G: Estimated<D, N>, const D: usize, const N: usize>(
-    py: Python<'py>,
-    values: &Values,
-    numbers: &[u32],
-) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-    let mut read = Vec::with_capacity(N * numbers.len());
-    for (key, number) in keys::<G>(values, numbers)?.into_iter().zip(numbers) {
-        let value = values.get(key).ok_or_else(|| {
-            GraphError::new_err(format!(
-                "{} {number} has no value yet; solve the graph first",
-                <G as Plain<N>>::NAME
-            ))
-        })?;
-        read.extend(value.to_array());
-    }
-    let array = PyArray1::from_vec(py, read).reshape(IxDyn(&[numbers.len(), N]))?;
-    Ok(array.readwrite().make_nonwriteable().as_any().cast::<PyArrayDyn<f64>>()?.clone())
-}
-
 /// The keys of variables of one kind.
-fn keys<V: boxplus::graph::Variable>(values: &Values, numbers: &[u32]) -> PyResult<Vec<Key<V>>> {
+pub(crate) fn keys<V: boxplus::graph::Variable>(values: &Values, numbers: &[u32]) -> PyResult<Vec<Key<V>>> {
     let key = |&number: &u32| {
         values
             .key(number as usize)
@@ -514,34 +433,6 @@ fn noises<const R: usize>(
     Ok((checked.collect::<PyResult<_>>()?, choice(kernel)?))
 }
 
-/// How the solve went, as a dictionary.
-fn report<'py>(py: Python<'py>, solution: &Solution, start: Initial) -> PyResult<Bound<'py, PyDict>> {
-    let (told, report) = (PyDict::new(py), &solution.report);
-    told.set_item("cost", report.cost)?;
-    told.set_item("initial_cost", report.initial_cost)?;
-    told.set_item("converged", report.converged())?;
-    told.set_item("termination", report.termination.name())?;
-    told.set_item("initialisation", start.name())?;
-    let iterations = report.iterations.iter().map(|iteration| iteration_dict(py, iteration));
-    told.set_item("iterations", iterations.collect::<PyResult<Vec<_>>>()?)?;
-    let names = |names: &[boxplus::graph::VariableName]| names.iter().map(ToString::to_string).collect();
-    told.set_item::<_, Vec<String>>("held", names(&report.gauge))?;
-    told.set_item::<_, Vec<String>>("unread", names(&report.unread))?;
-    told.set_item("unconstrained", solution.unconstrained.as_ref().map(ToString::to_string))?;
-    told.set_item("unknowns", report.unknowns)?;
-    let seconds = &report.seconds;
-    let phases = [
-        ("analyse", seconds.analyse),
-        ("linearise", seconds.linearise),
-        ("factorise", seconds.factorise),
-        ("solve", seconds.solve),
-        ("evaluate", seconds.evaluate),
-        ("total", seconds.total),
-    ];
-    told.set_item("seconds", phases.into_py_dict(py)?)?;
-    Ok(told)
-}
-
-fn refused(error: boxplus::graph::GraphError) -> PyErr {
+pub(crate) fn refused(error: boxplus::graph::GraphError) -> PyErr {
     GraphError::new_err(error.to_string())
 }

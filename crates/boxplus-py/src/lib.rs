@@ -6,6 +6,7 @@
 
 mod argument;
 mod error;
+mod estimate;
 mod filters;
 mod gaussian;
 mod graph;
@@ -30,6 +31,6 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     filters::register(module)?;
     module.add_class::<pose_graph::PoseGraph>()?;
     module.add_class::<graph::FactorGraph>()?;
-    module.add_class::<graph::Estimate>()?;
-    module.add_class::<graph::Marginals>()
+    module.add_class::<estimate::Estimate>()?;
+    module.add_class::<estimate::Marginals>()
 }

@@ -95,7 +95,7 @@ def test_files_are_read_and_written(tmp_path: Path) -> None:
 def test_a_malformed_file_is_told_by_line_and_column() -> None:
     with pytest.raises(bp.ReadError, match=r"typo\.g2o:2:16: `O` is not a number"):
         bp.PoseGraph.parse("VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 0 O 0", name="typo.g2o")
-    with pytest.raises(ValueError, match="g2o, toro or isam"):
+    with pytest.raises(ValueError, match="g2o, toro, isam or pyfg"):
         bp.PoseGraph.parse("", "csv")  # type: ignore[arg-type]  # pyright: ignore
 
 

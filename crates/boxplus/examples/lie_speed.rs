@@ -1,8 +1,11 @@
-//! Nanoseconds per SE(3) operation, one at a time and in batches: `cargo run --release -p boxplus --example lie_speed`.
+//! Nanoseconds per operation, of SE(3) and, in short, of other groups, one at a time and in batches: `cargo run --release -p boxplus --example lie_speed`.
 #![allow(clippy::print_stdout)] // A report for a terminal.
 
-use boxplus::lie::{Action, Batch, LengthMismatch, LieGroup, Number, SE3, SO3};
-use nalgebra::{Matrix6, Vector3, Vector6};
+use boxplus::lie::{
+    Action, Batch, BatchGroup, LengthMismatch, LieGroup, Number, Real, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2,
+    Sim3,
+};
+use nalgebra::{Matrix6, SMatrix, SVector, Vector3, Vector6};
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -82,9 +85,54 @@ fn report<S: Number>() {
     measure("SE3 interpolate_jac", |i| x(i).interpolate_jac(y(i), S::lit(0.3)), None);
 }
 
+/// Five operations of any group.
+fn brief<G: BatchGroup<D>, const D: usize>(name: &str) {
+    let wave = |i: usize, k: f64| (k * (i as f64 + 1.0)).sin();
+    let tau: Vec<SVector<G::Scalar, D>> = (0..ELEMENTS)
+        .map(|i| SVector::from_fn(|r, _| G::Scalar::lit(1.3 * wave(i, 0.7 + 0.11 * r as f64))))
+        .collect();
+    let x: Vec<G> = tau.iter().map(G::exp).collect();
+    let y: Vec<G> = x.iter().rev().copied().collect();
+    let (zero, run) = (SMatrix::zeros(), Batch::OneCore);
+    let (mut elements, mut steps) = (x.clone(), tau.clone());
+    let mut with_one = vec![(x[0], zero); ELEMENTS];
+    let mut with_two = vec![(tau[0], zero, zero); ELEMENTS];
+    let named = |operation: &str| format!("{name} {operation}");
+    measure(&named("exp"), |i| G::exp(&tau[i]), Some(&mut || run.exp(&tau, &mut elements)));
+    measure(&named("log"), |i| x[i].log(), Some(&mut || run.log(&x, &mut steps)));
+    measure(&named("compose"), |i| x[i].compose(&y[i]), Some(&mut || run.compose(&x, &y, &mut elements)));
+    measure(&named("exp_jac"), |i| G::exp_jac(&tau[i]), Some(&mut || run.exp_jac(&tau, &mut with_one)));
+    measure(
+        &named("rminus_jac"),
+        |i| y[i].rminus_jac(&x[i]),
+        Some(&mut || run.rminus_jac(&y, &x, &mut with_two)),
+    );
+}
+
+fn others<S: Number>()
+where
+    SO2<S>: BatchGroup<1>,
+    SE2<S>: BatchGroup<3>,
+    SO3<S>: BatchGroup<3>,
+    SE23<S>: BatchGroup<9>,
+    SGal3<S>: BatchGroup<10>,
+    Sim2<S>: BatchGroup<4>,
+    Sim3<S>: BatchGroup<7>,
+{
+    brief::<SO2<S>, 1>("SO2");
+    brief::<SE2<S>, 3>("SE2");
+    brief::<SO3<S>, 3>("SO3");
+    brief::<SE23<S>, 9>("SE23");
+    brief::<SGal3<S>, 10>("SGal3");
+    brief::<Sim2<S>, 4>("Sim2");
+    brief::<Sim3<S>, 7>("Sim3");
+}
+
 fn main() {
     println!("{:<24}{:>8}{:>8}  ns, f64", "", "single", "batch");
     report::<f64>();
+    others::<f64>();
     println!("\n{:<24}{:>8}{:>8}  ns, f32", "", "single", "batch");
     report::<f32>();
+    others::<f32>();
 }

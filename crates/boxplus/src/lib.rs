@@ -17,7 +17,7 @@
 //! | `io` | files: g2o, TORO, iSAM; TUM, EuRoC, KITTI, MRCLAM; point clouds in PLY, PCD, text and KITTI's binary; bundles in BAL's and COLMAP's text | `io` |
 #![cfg_attr(not(feature = "std"), no_std)]
 
-#[cfg(test)]
+#[cfg(all(test, feature = "solve", feature = "io"))]
 extern crate self as boxplus; // for files that tests within and without share
 
 pub use nalgebra;
@@ -30,6 +30,8 @@ pub mod filter;
 pub mod graph;
 #[cfg(feature = "io")]
 pub mod io;
+#[cfg(any(feature = "solve", feature = "io"))]
+mod label;
 pub mod lie;
 #[cfg(any(feature = "solve", feature = "io"))]
 mod partition;

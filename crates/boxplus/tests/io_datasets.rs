@@ -140,6 +140,32 @@ fn isam_landmark_files_are_read_as_published() {
 }
 
 #[test]
+fn pyfg_files_are_read_as_published_and_written_back_to_rounding() {
+    let files = [
+        ("goats_15.pyfg", 473 + 3, vec![(Kind::Edge2, 472), (Kind::Range, 786)]),
+        ("plaza1.pyfg.gz", 9658 + 4, vec![(Kind::Edge2, 9657), (Kind::Range, 3326)]),
+        ("single_drone.pyfg.gz", 1754 + 1, vec![(Kind::Edge3, 1753), (Kind::Range, 1754)]),
+    ];
+    for (name, vertices, counts) in files {
+        let Some(bytes) = public_data::bytes(&format!("ranging/{name}")) else { return };
+        let parsed = io::read(&bytes, name, None).unwrap();
+        let s = parsed.graph.statistics();
+        assert_eq!((parsed.format, s.poses + s.points, s.components), (Format::Pyfg, vertices, 1), "{name}");
+        assert_eq!(s.counts, counts, "{name}");
+        assert!(parsed.graph.faults().is_empty() && s.id_gaps == 0, "{name}");
+
+        let text = io::write(&parsed.graph, Format::Pyfg).unwrap();
+        let back = io::read(text.as_bytes(), name, None).unwrap().graph;
+        for (a, b) in parsed.graph.constraints().zip(back.constraints()) {
+            assert_eq!((a.measured, a.from, a.to), (b.measured, b.from, b.to), "{name}");
+            let differ = |(x, y): (&f64, &f64)| (x - y).abs() > 8.0 * f64::EPSILON * y.abs();
+            assert!(!a.information.iter().zip(b.information).any(differ), "{name}");
+        }
+        assert_eq!(parsed.graph.stamps, back.stamps, "{name}");
+    }
+}
+
+#[test]
 fn toro_and_isam_keep_the_graph_to_rounding() {
     for (name, format, ..) in POSE_GRAPHS {
         let Some(bytes) = public_data::bytes(&format!("pose-graph/{name}")) else { return };

@@ -153,6 +153,43 @@ fn errors_of_every_format_name_its_fields() {
     assert_eq!(field("EDGE3 0 1 0 0 0 0 0 0 1", Format::Toro), Some("information(21)"));
     assert_eq!(field("LANDMARK 0 1 0 0 1 0", Format::Isam), Some("root(3)"));
     assert_eq!(field("EDGE_SE3_TRACKXYZ 0 1 -1", Format::G2o), Some("offset"));
+    assert_eq!(field("EDGE_RANGE 0.5 A0 L0 3", Format::Pyfg), Some("variance"));
+}
+
+#[test]
+fn pyfg_lines_are_refused_with_their_place_and_name() {
+    let first = "VERTEX_SE2 0 A0 0 0 0\n";
+    let refused = |line: &str, message: &str, under_span: &str, help: &str| {
+        assert_refused(&format!("{first}{line}"), &format!("2:{message}"), under_span, help);
+    };
+    let name = "names are a letter and a number";
+    refused(
+        "EDGE_RANGE 0.5 A0 12 3 0.1",
+        "19: `12` is not a name; expected to in field 3 of EDGE_RANGE",
+        "12",
+        name,
+    );
+    refused("VERTEX_XY L 0 0", "11: `L` is not a name; expected name in field 1 of VERTEX_XY", "L", name);
+    let huge = "A72057594037927936"; // 2⁵⁶
+    let message = format!("11: `{huge}` is not a name; expected name in field 1 of VERTEX_XY");
+    refused(&format!("VERTEX_XY {huge} 0 0"), &message, huge, name);
+    refused(
+        "EDGE_RANGE x A0 L0 3 0.1",
+        "12: `x` is not a number; expected time in field 1 of EDGE_RANGE",
+        "x",
+        "EDGE_RANGE time from to range variance",
+    );
+    for variance in ["0", "-0.1"] {
+        let line = format!("EDGE_RANGE 0.5 A0 L0 3 {variance}");
+        refused(&line, "24: the covariance is not positive definite", variance, "positive eigenvalues");
+    }
+    refused(
+        "EDGE_SE2_XY 0.5 A0 L0 1 2 1 2 1",
+        "27: the covariance is not positive definite",
+        "1 2 1",
+        "its upper triangle row by row",
+    );
+    refused("VERTEX_SE2 1 A0 0 0 0", "14: A0 was already given in line 1", "A0", "renumber or delete one");
 }
 
 #[test]
@@ -181,9 +218,18 @@ fn a_graph_that_a_format_cannot_hold_is_not_written() {
         assert!(matches!(io::write(&graph, format).unwrap_err(), WriteError::NotFinite { id: 5, .. }));
     }
 
+    let kept = "VERTEX_SE2 0 0 0 0\nVERTEX3 1 2 3 4 5 6 7 8\n";
+    let graph = io::read(kept.as_bytes(), "", Some(Format::G2o)).unwrap().graph;
+    assert_eq!(io::write(&graph, Format::G2o).unwrap(), kept);
+    let error = WriteError::Foreign { format: Format::Toro, tag: "VERTEX3".into(), line: Line(2) };
+    assert_eq!(io::write(&graph, Format::Toro).unwrap_err(), error);
+
     let information = Matrix3::from_diagonal_element(-1.0);
     let edge = Edge { from: 8, to: 9, measured: SE2::identity(), information, line: Line(0) };
     let graph = PoseGraph { edges2: vec![edge], ..PoseGraph::default() };
+    let bare = "vertices whose names are bare numbers";
+    let error = io::write(&graph, Format::Pyfg).unwrap_err();
+    assert!(matches!(error, WriteError::Unrepresentable { what, count: 2, .. } if what == bare), "{error}");
     let error = WriteError::NotPositiveDefinite { tag: "EDGE2", id: 8 };
     assert_eq!(io::write(&graph, Format::Isam).unwrap_err(), error);
 }
@@ -217,6 +263,9 @@ fn twenty_thousand_injured_files_never_panic_and_errors_point_into_the_file() {
         io::write(&graph(Simulator::Manhattan), Format::Toro).unwrap(),
         io::write(&graph(Simulator::Garage), Format::Isam).unwrap()
             + "ODOMETRY 0 1 1 0 0 1 0 0 1 0 1\nLANDMARK 0 9 1 1 1 0 1\nPOINT3 0 1 1 1 1 1 0 0 1 0 1\n",
+        "VERTEX_SE2 0.1 A0 0 0 0\nVERTEX_SE2 0.2 A1 1 0 0.1\nVERTEX_XY L0 3 4\nEDGE_SE2 0.2 A0 A1 1 0 0.1 1 0 0 1 0 1\n\
+         EDGE_RANGE 0.2 A1 L0 4.5 0.1\nVERTEX_SE2:PRIOR 0.1 A0 0 0 0 1 0 0 1 0 1\nEDGE_SE2_XY 0.2 A1 L0 2 4 1 0 1\n"
+            .into(),
     ];
     let mut rng = ChaCha8Rng::seed_from_u64(2026);
     let (mut read, mut refused) = (0, 0);

@@ -4,7 +4,9 @@
 
 use boxplus::io::{self, Format};
 use boxplus::lie::{LieGroup, SE2, SE3, SO3};
-use boxplus::pose_graph::{Edge, Line, Offset, OtherLine, PoseGraph, Prior, Prior3, Sighting3, Vertex};
+use boxplus::pose_graph::{
+    Edge, Label, Line, Offset, OtherLine, PoseGraph, Prior, Prior3, Sighting3, Stamp, Vertex,
+};
 use core::f64::consts::{FRAC_PI_2, PI};
 use nalgebra::{SMatrix, SVector, Vector2, Vector3, Vector4};
 use proptest::collection::vec;
@@ -236,6 +238,70 @@ proptest! {
     }
 
     #[test]
+    fn pyfg_gives_maps_back_to_rounding(
+        root in vec(-1.0..1.0, 36),
+        (flat, z) in (pose2(), pose3()),
+        p in vector::<2>(),
+        range in 0.0..1e6,
+        seconds in 0.0..2e9,
+    ) {
+        let mut root = SMatrix::<f64, 6, 6>::from_column_slice(&root).upper_triangle();
+        root.set_diagonal(&root.diagonal().map(|x| 1.0 + x.abs()));
+        let six = root.transpose() * root;
+        let (two, three) = (six.fixed_view::<2, 2>(0, 0).into_owned(), six.fixed_view::<3, 3>(0, 0).into_owned());
+        let one = six.fixed_view::<1, 1>(0, 0).into_owned();
+        let [a, b, l, c, d] = [(b'A', 0), (b'B', 7), (b'L', 3), (b'C', 1), (b'P', 2)]
+            .map(|(letter, number)| Label::new(letter, number).unwrap().0);
+        let vertex = |id| Vertex { id, value: flat, line: LINE };
+        let stamp = |id, seconds| Stamp { id, seconds };
+        let mut graph = PoseGraph {
+            poses2: vec![vertex(a), vertex(b)],
+            poses3: vec![Vertex { id: c, value: z, line: LINE }],
+            points2: vec![Vertex { id: l, value: p, line: LINE }],
+            points3: vec![Vertex { id: d, value: z.translation(), line: LINE }],
+            stamps: vec![stamp(a, seconds), stamp(b, -seconds), stamp(c, seconds)],
+            offsets3: vec![Offset { id: 0, value: SE3::identity(), line: LINE }],
+            ..PoseGraph::default()
+        };
+        graph.edges2.push(Edge { from: a, to: b, measured: flat, information: three, line: LINE });
+        graph.edges3.push(Edge { from: c, to: c, measured: z, information: six, line: LINE });
+        graph.sightings2.push(Edge { from: b, to: l, measured: p, information: two, line: LINE });
+        let measured = z.translation();
+        graph.sightings3.push(Sighting3 { from: c, to: d, offset: 0, measured, information: three, line: LINE });
+        graph.ranges.push(Edge { from: a, to: l, measured: range, information: one, line: LINE });
+        graph.ranges.push(Edge { from: a, to: b, measured: range, information: one, line: LINE });
+        graph.priors2.push(Prior { id: a, measured: flat, information: three, line: LINE });
+        graph.priors3.push(Prior3 { id: c, offset: 0, measured: z, information: six, line: LINE });
+        graph.point_priors2.push(Prior { id: l, measured: p, information: two, line: LINE });
+        graph.point_priors3.push(Prior { id: d, measured, information: three, line: LINE });
+
+        let back = reread(&graph, Format::Pyfg);
+        // Inverted twice: κ(Ω)·ε each, in the scale of Ω.
+        let condition = six.norm() * six.try_inverse().unwrap().norm();
+        let bound = 32.0 * f64::EPSILON * condition * six.norm();
+        let matrices = |graph: &PoseGraph| {
+            graph.constraints().flat_map(|c| c.information.to_vec()).collect::<Vec<f64>>()
+        };
+        for (x, y) in matrices(&back).into_iter().zip(matrices(&graph)) {
+            prop_assert!((x - y).abs() <= bound, "{x} instead of {y}");
+        }
+        // All else stays to the last bit.
+        let without = |mut graph: PoseGraph| {
+            graph.edges2.iter_mut().for_each(|e| e.information.fill(0.0));
+            graph.edges3.iter_mut().for_each(|e| e.information.fill(0.0));
+            graph.sightings2.iter_mut().for_each(|e| e.information.fill(0.0));
+            graph.sightings3.iter_mut().for_each(|e| e.information.fill(0.0));
+            graph.ranges.iter_mut().for_each(|e| e.information.fill(0.0));
+            graph.priors2.iter_mut().for_each(|e| e.information.fill(0.0));
+            graph.priors3.iter_mut().for_each(|e| e.information.fill(0.0));
+            graph.point_priors2.iter_mut().for_each(|e| e.information.fill(0.0));
+            graph.point_priors3.iter_mut().for_each(|e| e.information.fill(0.0));
+            graph
+        };
+        prop_assert_eq!(without(back), without(graph));
+    }
+
+    #[test]
     fn numbers_round_as_in_the_standard_library(text in r"-?(0|[1-9][0-9]{0,25})(\.[0-9]{1,25})?(e-?[0-9]{1,2})?") {
         let line = format!("VERTEX_XY 0 {text} 0");
         let graph = io::read(line.as_bytes(), "", None).unwrap().graph;
@@ -309,4 +375,19 @@ fn isam_squares_the_root_of_the_information() {
     let parsed = io::read(b"ODOMETRY 0 1 1 0 0 1 2 3 4 5 6", "", None).unwrap();
     let s = nalgebra::matrix![1.0, 2.0, 3.0; 0.0, 4.0, 5.0; 0.0, 0.0, 6.0];
     assert_eq!((parsed.format, parsed.graph.edges2[0].information), (Format::Isam, s.transpose() * s));
+}
+
+#[test]
+fn pyfg_keeps_covariances_where_others_keep_information() {
+    let text = "VERTEX_SE2 12.5 A0 0 0 0\nVERTEX_SE2 13.5 B7 1 2 0.5\nVERTEX_XY L0 3 4\n\
+                EDGE_SE2 13.5 A0 B7 1 2 0.5 0.25 0 0 0.0625 0 4\nEDGE_RANGE 12.5 A0 L0 5 0.25\n";
+    let parsed = io::read(text.as_bytes(), "", None).unwrap();
+    let graph = &parsed.graph;
+    assert_eq!(parsed.format, Format::Pyfg);
+    assert_eq!(graph.edges2[0].information.diagonal(), Vector3::new(4.0, 16.0, 0.25));
+    assert_eq!(graph.ranges[0].information.x, 4.0);
+    assert_eq!(Label(graph.edges2[0].to).to_string(), "B7");
+    assert_eq!(graph.stamps[1], Stamp { id: graph.poses2[1].id, seconds: 13.5 });
+    assert!(graph.faults().is_empty());
+    assert_eq!(io::write(graph, Format::Pyfg).unwrap(), text);
 }

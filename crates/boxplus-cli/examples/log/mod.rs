@@ -2,6 +2,8 @@
 #![allow(dead_code, unreachable_pub, unused_imports, reason = "each example takes what it needs")]
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "an example talks")]
 
+pub mod inertial;
+
 use std::error::Error;
 use std::ops::Range;
 use std::path::{Path, PathBuf};

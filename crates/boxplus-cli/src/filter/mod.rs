@@ -216,8 +216,9 @@ impl Told<'_> {
 
     fn drawing(&self) -> Run {
         let (path, charts) = self.filtered.picture.clone();
-        let name = |path: &PathBuf| path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+        let name = |path: &PathBuf| path.file_name().map(|name| name.to_string_lossy().into_owned());
         let log = self.options.logs.first().and_then(name).unwrap_or_default();
+        let log = log.trim_end_matches(".gz").rsplit_once('.').map_or(log.as_str(), |(stem, _)| stem);
         Run { title: format!("{log}: {}", self.model()), facts: self.facts(), path: Some(path), charts }
     }
 }

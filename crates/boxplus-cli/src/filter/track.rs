@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use crate::draw::{DEGREES, Ellipse, ErrorChart, Panel, charts, in_plane, in_space, path};
 
 /// Points of a band that are drawn at most.
-const BAND: usize = 600;
+const BAND: usize = 3000;
 
 /// A pose that can be told and drawn.
 pub trait Drawn<const D: usize>: LieGroup<D, Scalar = f64> {

@@ -53,6 +53,7 @@ impl<S: Real> Projective<S> {
 
     /// Derivatives of v and of w by the tangent: w·I + v^, and −vᵀ.
     #[inline]
+    #[cfg(feature = "solve")]
     pub(crate) fn tangents(&self) -> (Matrix3<S>, Vector3<S>) {
         (Matrix3::from_diagonal_element(self.w) + self.v.cross_matrix(), -self.v)
     }

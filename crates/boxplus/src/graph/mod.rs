@@ -52,6 +52,7 @@ pub use diagnose::{FreeCoordinate, Unconstrained};
 pub use error::GraphError;
 pub use factor::{Factor, FactorId, MAX_ARITY, Variables, dual_jacobians};
 
+pub use crate::label::{Label, NoLabel};
 pub use crate::robust::{Kernel, KernelError};
 pub use factors::{
     Bearing2, Bearing3, Between, CalibratedOdometry, Chart, Chordal, Difference, G2o, Inertial,

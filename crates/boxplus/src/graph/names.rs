@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+use crate::label::Label;
+
 /// How messages call a variable: its kind and its label (the id of its file, else its number).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct VariableName {
@@ -13,7 +15,7 @@ pub struct VariableName {
 
 impl fmt::Display for VariableName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} {}", self.kind, self.label)
+        write!(f, "{} {}", self.kind, Label(self.label))
     }
 }
 

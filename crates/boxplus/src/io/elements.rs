@@ -3,7 +3,7 @@
 use super::error::{IoErrorKind, WriteError};
 use super::scan::{Fields, Scan};
 use crate::lie::{LieError, LieGroup, SE2, SE3, SO2, SO3};
-use crate::pose_graph::{Edge, OtherLine, Prior, Vertex};
+use crate::pose_graph::{Edge, Label, OtherLine, Prior, Vertex};
 use core::cell::Cell;
 use core::f64::consts::PI;
 use core::fmt::{Display, Write};
@@ -174,6 +174,11 @@ impl Printer {
     /// Writes an id.
     pub(super) fn id(&mut self, id: u64) {
         self.push(id);
+    }
+
+    /// Writes an id of a letter and a number.
+    pub(super) fn name(&mut self, name: Label) {
+        self.push(name);
     }
 
     /// Writes the shortest decimal that reads back as the same float.

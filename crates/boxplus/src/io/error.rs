@@ -1,6 +1,7 @@
 //! What can be wrong with a file, and with a graph that should become one.
 
 use super::Format;
+use crate::pose_graph::{Label, Line};
 use core::{fmt, ops::Range};
 
 /// A file that cannot be read: which one, where in it, and why.
@@ -106,6 +107,15 @@ pub enum IoErrorKind {
         /// The field.
         found: Box<str>,
     },
+    /// Not a letter and a number.
+    #[error("`{found}` is not a name")]
+    NotAName {
+        /// The field.
+        found: Box<str>,
+    },
+    /// A matrix that is no covariance.
+    #[error("the covariance is not positive definite")]
+    NoCovariance,
     /// A quaternion without direction.
     #[error("the quaternion is zero")]
     ZeroQuaternion,
@@ -142,7 +152,7 @@ pub enum IoErrorKind {
         limit: u64,
     },
     /// A vertex or sensor offset that was already given.
-    #[error("{id} was already given in line {first}")]
+    #[error("{} was already given in line {first}", Label(*id))]
     DuplicateId {
         /// The id.
         id: u64,
@@ -240,7 +250,7 @@ pub enum IoErrorKind {
 impl IoErrorKind {
     fn is_about_one_field(&self) -> bool {
         use IoErrorKind::{
-            HugeId, MissingField, NegativeId, NotANumber, NotATime, NotAnId, NotFinite, UnknownWord,
+            HugeId, MissingField, NegativeId, NotAName, NotANumber, NotATime, NotAnId, NotFinite, UnknownWord,
         };
         matches!(
             self,
@@ -249,6 +259,7 @@ impl IoErrorKind {
                 | NotFinite { .. }
                 | NotATime { .. }
                 | NotAnId { .. }
+                | NotAName { .. }
                 | NegativeId { .. }
                 | HugeId { .. }
                 | UnknownWord { .. }
@@ -289,7 +300,7 @@ impl IoError {
                 "the first line of the file must say: cameras points observations; all numbers count from 0".into()
             }
             IoErrorKind::NotText { .. } => {
-                "pose graphs are plain or gzip text in g2o, TORO or iSAM format".into()
+                "pose graphs are plain or gzip text in g2o, TORO, iSAM or PyFG format".into()
             }
             IoErrorKind::Empty { .. } => {
                 "lines of a pose graph start with a tag such as VERTEX_SE2 or EDGE_SE3:QUAT".into()
@@ -303,6 +314,11 @@ impl IoError {
             }
             IoErrorKind::NegativeId { .. } | IoErrorKind::HugeId { .. } | IoErrorKind::NotAnId { .. } => {
                 "ids are whole numbers from 0 to 18446744073709551615".into()
+            }
+            IoErrorKind::NotAName { .. } => "names are a letter and a number: A0 is a pose, L0 a landmark".into(),
+            IoErrorKind::NoCovariance => {
+                "a covariance is a symmetric matrix of positive eigenvalues, its upper triangle row by row; no number in it may be rounded to 0"
+                    .into()
             }
             IoErrorKind::NotATime { .. } => "a time is a decimal number of seconds, or whole nanoseconds in EuRoC's files".into(),
             IoErrorKind::TimeRunsBack { .. } => {
@@ -351,7 +367,7 @@ impl IoError {
 #[non_exhaustive]
 pub enum WriteError {
     /// A number is NaN or infinite; no reader would take the file.
-    #[error("{tag} of {id}: a number is NaN or infinite; was the solution accepted although it diverged?")]
+    #[error("{tag} of {}: a number is NaN or infinite; was the solution accepted although it diverged?", Label(*id))]
     NotFinite {
         /// The tag of the line.
         tag: &'static str,
@@ -368,8 +384,18 @@ pub enum WriteError {
         /// How many there are.
         count: usize,
     },
-    /// iSAM stores a square root of the information, which must therefore be positive definite.
-    #[error("{tag} of {id}: the information matrix is not positive definite, so it has no square root")]
+    /// A line that was kept because its tag was unknown would not be in this format.
+    #[error("line {} is a {tag}, which was kept unread, but {format} knows such lines; remove it, or read the file as {format}", line.0)]
+    Foreign {
+        /// The format.
+        format: Format,
+        /// The tag of the line.
+        tag: Box<str>,
+        /// Where it was read.
+        line: Line,
+    },
+    /// iSAM stores a square root of the information and PyFG its inverse: it must be positive definite.
+    #[error("{tag} of {}: the information matrix is not positive definite, so it has no square root and no inverse", Label(*id))]
     NotPositiveDefinite {
         /// The tag of the line.
         tag: &'static str,

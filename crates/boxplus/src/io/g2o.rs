@@ -2,6 +2,7 @@
 //!
 //! Orders: θ in radians, quaternions x y z w, information as the upper triangle by rows.
 
+use super::Format;
 use super::elements::{
     Printer, edge, information, other, point2, point3, pose2, pose3, print_edge, print_point, print_pose2,
     print_pose3, print_prior, print_scalar, print_upper_triangle, print_vertex, prior, scalar, vertex,
@@ -57,8 +58,9 @@ pub(super) fn read_line(f: &mut Fields<'_>, graph: &mut PoseGraph) -> Scan<()> {
     f.finish()
 }
 
-/// Writes a graph: offsets, vertices, fixed vertices, measurements, other lines.
+/// Writes a graph: offsets, vertices, fixed vertices, measurements.
 pub(super) fn write(graph: &PoseGraph, p: &mut Printer) -> Result<(), WriteError> {
+    super::refuse(Format::G2o, &[("ranges", graph.ranges.len())])?;
     for o in &graph.offsets2 {
         print_vertex(p, "PARAMS_SE2OFFSET", (o.id, &o.value), print_pose2)?;
     }
@@ -71,7 +73,6 @@ pub(super) fn write(graph: &PoseGraph, p: &mut Printer) -> Result<(), WriteError
     }
     write_edges(graph, p)?;
     write_priors(graph, p)?;
-    graph.other.iter().for_each(|line| p.verbatim(line));
     Ok(())
 }
 

@@ -81,7 +81,6 @@ pub(super) fn write(graph: &PoseGraph, p: &mut Printer) -> Result<(), WriteError
         let e = Edge { from, to, measured, information, line };
         print_edge(p, "POINT3", &root(&e, "POINT3")?, print_point, print_upper_triangle)?;
     }
-    graph.other.iter().for_each(|line| p.verbatim(line));
     Ok(())
 }
 
@@ -94,6 +93,7 @@ fn measurements_only(graph: &PoseGraph) -> Result<(), WriteError> {
         Format::Isam,
         &[
             ("bearings", graph.bearings2.len()),
+            ("ranges", graph.ranges.len()),
             ("priors", priors),
             ("fixed vertices", graph.fixed.len()),
             ("sensor offsets", graph.offsets2.len() + moved),

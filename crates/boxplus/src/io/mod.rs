@@ -7,6 +7,7 @@
 //! | [g2o](Format::G2o) | `VERTEX_SE2`, `VERTEX_SE3:QUAT`, `VERTEX_XY`, `VERTEX_TRACKXYZ` | `EDGE_SE2`, `EDGE_SE3:QUAT`, `EDGE_SE2_XY`, `EDGE_SE3_TRACKXYZ`, `EDGE_BEARING_SE2_XY`, `EDGE_PRIOR_SE2`, `EDGE_SE3_PRIOR`, `EDGE_PRIOR_XY`, `EDGE_POINTXYZ_PRIOR`, with `PARAMS_SE2OFFSET`, `PARAMS_SE3OFFSET`, `FIX` |
 //! | [TORO](Format::Toro) | `VERTEX2`, `VERTEX3` | `EDGE2`, `EDGE3` |
 //! | [iSAM](Format::Isam) | none | `ODOMETRY`, `EDGE2`, `EDGE3`, `LANDMARK`, `POINT3`, with the square root of the information |
+//! | [PyFG](Format::Pyfg) | `VERTEX_SE2`, `VERTEX_SE3:QUAT`, `VERTEX_XY`, `VERTEX_XYZ`: the truth | `EDGE_SE2`, `EDGE_SE3:QUAT`, `EDGE_SE2_XY`, `EDGE_SE3_XYZ`, `EDGE_RANGE`, `VERTEX_…:PRIOR`, with times and covariances |
 //!
 //! Clouds of points have files of their own, [`cloud`], and bundles of cameras and points, too, [`bal`].
 //!
@@ -44,6 +45,7 @@ mod error;
 mod g2o;
 mod isam;
 mod logs;
+mod pyfg;
 mod scan;
 mod toro;
 
@@ -55,7 +57,7 @@ use bzip2::read::MultiBzDecoder;
 use core::{fmt, str::FromStr};
 use elements::Printer;
 use flate2::read::MultiGzDecoder;
-use scan::{Fields, Scan, Source};
+use scan::{Fields, Layouts, Scan, Source};
 use std::borrow::Cow;
 use std::io::{ErrorKind, Read};
 
@@ -73,11 +75,20 @@ pub enum Format {
     /// initial values. Points of a `POINT3` line have a numbering of their own; where it meets that of the poses, the
     /// points are moved behind the last pose and [`Parsed::point_shift`] says by how much.
     Isam,
+    /// PyFG: maps with ranges, by Papalia et al. (2024). Names are a letter and a number ([`Label`](crate::pose_graph::Label)); vertices are
+    /// the truth ([`Format::holds_truth`]). Covariances are inverted, so that reading back agrees to rounding; of the times those of poses are
+    /// kept, and measurements are written at the times of their poses.
+    Pyfg,
 }
 
 impl Format {
     /// Every format.
-    pub const ALL: [Self; 3] = [Self::G2o, Self::Toro, Self::Isam];
+    pub const ALL: [Self; 4] = [Self::G2o, Self::Toro, Self::Isam, Self::Pyfg];
+
+    /// Whether the vertices of such files are the truth rather than a first estimate: nobody should start there.
+    pub fn holds_truth(self) -> bool {
+        self == Self::Pyfg
+    }
 
     /// Its name, as [`FromStr`] takes it.
     pub fn name(self) -> &'static str {
@@ -85,6 +96,7 @@ impl Format {
             Self::G2o => "g2o",
             Self::Toro => "toro",
             Self::Isam => "isam",
+            Self::Pyfg => "pyfg",
         }
     }
 }
@@ -97,7 +109,7 @@ impl fmt::Display for Format {
 
 /// A name that is none of [`Format::ALL`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("not a format; choose g2o, toro or isam")]
+#[error("not a format; choose g2o, toro, isam or pyfg")]
 pub struct UnknownFormat;
 
 impl FromStr for Format {
@@ -124,7 +136,7 @@ pub struct Parsed {
 }
 
 /// Reads a pose graph from the bytes of a file, plain or gzip. `name` appears in errors. Without a `format` the content
-/// decides: `VERTEX2` or `VERTEX3` is TORO, `EDGE2` or `EDGE3` without them, `ODOMETRY`, `LANDMARK` and `POINT3` are iSAM, all
+/// decides: names such as `A0` are PyFG, `VERTEX2` or `VERTEX3` is TORO, `EDGE2` or `EDGE3` without them, `ODOMETRY`, `LANDMARK` and `POINT3` are iSAM, all
 /// else is g2o.
 ///
 /// Time and memory are linear in the size of the text.
@@ -139,11 +151,7 @@ pub fn read(bytes: &[u8], name: &str, format: Option<Format>) -> Result<Parsed, 
         return Err(not_text(unformatted, at));
     }
     let format = format.unwrap_or_else(|| sniff(unformatted));
-    let (layouts, read_line): (_, fn(&mut Fields<'_>, &mut PoseGraph) -> Scan<()>) = match format {
-        Format::G2o => (g2o::LAYOUTS, g2o::read_line),
-        Format::Toro => (toro::LAYOUTS, toro::read_line),
-        Format::Isam => (isam::LAYOUTS, isam::read_line),
-    };
+    let Codec { layouts, read_line, .. } = codec(format);
     let source = Source { layouts, ..unformatted };
     let (mut graph, mut warnings) = (PoseGraph::default(), Vec::new());
     for mut fields in source.lines() {
@@ -151,8 +159,27 @@ pub fn read(bytes: &[u8], name: &str, format: Option<Format>) -> Result<Parsed, 
         warnings.extend(fields.rough_norm.map(|norm| Fault::QuaternionNorm { norm, line: fields.line() }));
     }
     check_content(source, &graph)?;
+    if format == Format::Pyfg {
+        pyfg::add_offset(&mut graph);
+    }
     let point_shift = if format == Format::Isam { isam::part_points(source, &mut graph)? } else { 0 };
     Ok(Parsed { graph, format, gzip: matches!(text, Cow::Owned(_)), warnings, point_shift })
+}
+
+/// What a format knows: its lines, how one is read, how a graph is written but for lines of other tags.
+struct Codec {
+    layouts: Layouts,
+    read_line: fn(&mut Fields<'_>, &mut PoseGraph) -> Scan<()>,
+    write: fn(&PoseGraph, &mut Printer) -> Result<(), WriteError>,
+}
+
+fn codec(format: Format) -> Codec {
+    match format {
+        Format::G2o => Codec { layouts: g2o::LAYOUTS, read_line: g2o::read_line, write: g2o::write },
+        Format::Toro => Codec { layouts: toro::LAYOUTS, read_line: toro::read_line, write: toro::write },
+        Format::Isam => Codec { layouts: isam::LAYOUTS, read_line: isam::read_line, write: isam::write },
+        Format::Pyfg => Codec { layouts: pyfg::LAYOUTS, read_line: pyfg::read_line, write: pyfg::write },
+    }
 }
 
 /// Writes a pose graph. Numbers are the shortest decimals that read back as the same float; how far
@@ -161,11 +188,13 @@ pub fn read(bytes: &[u8], name: &str, format: Option<Format>) -> Result<Parsed, 
 /// # Errors
 /// [`WriteError`], where a number is not finite or the format cannot hold the graph.
 pub fn write(graph: &PoseGraph, format: Format) -> Result<String, WriteError> {
-    let mut printer = Printer::default();
-    match format {
-        Format::G2o => g2o::write(graph, &mut printer)?,
-        Format::Toro => toro::write(graph, &mut printer)?,
-        Format::Isam => isam::write(graph, &mut printer)?,
+    let (Codec { layouts, write, .. }, mut printer) = (codec(format), Printer::default());
+    write(graph, &mut printer)?;
+    for other in &graph.other {
+        if layouts.iter().any(|(known, _)| *known == other.tag()) {
+            return Err(WriteError::Foreign { format, tag: other.tag().into(), line: other.line });
+        }
+        printer.verbatim(other);
     }
     Ok(printer.into_text())
 }
@@ -221,6 +250,9 @@ fn sniff(source: Source<'_>) -> Format {
     let mut format = Format::G2o;
     for fields in source.lines() {
         match fields.tag {
+            tag if pyfg::LAYOUTS.iter().any(|(known, _)| known.as_bytes() == tag) && fields.has_names() => {
+                return Format::Pyfg;
+            }
             b"VERTEX2" | b"VERTEX3" => return Format::Toro,
             b"ODOMETRY" | b"LANDMARK" | b"POINT3" => return Format::Isam,
             b"EDGE2" | b"EDGE3" => format = Format::Isam, // unless vertices follow
@@ -258,6 +290,9 @@ fn at_id(source: Source<'_>, line: u32, kind: IoErrorKind) -> IoError {
     let Some(mut fields) = source.lines().find(|fields| fields.line().0 == line) else {
         return source.fail(kind);
     };
+    if fields.has_names() && fields.name().or_else(|_| fields.name()).is_ok() {
+        return fields.fail(kind); // PyFG: the name, before it the time
+    }
     match fields.id() {
         Ok(_) => fields.fail(kind),
         Err(_) => source.fail(kind), // It was read before.

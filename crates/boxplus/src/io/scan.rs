@@ -1,7 +1,7 @@
 //! Text into lines, lines into fields, fields into numbers; every failure knows its place.
 
 use super::error::{IoError, IoErrorKind, Place};
-use crate::pose_graph::Line;
+use crate::pose_graph::{Label, Line};
 use core::ops::Range;
 
 /// What the fields of a line are called: `(tag, fields)`; the last name stands for all further fields.
@@ -149,6 +149,35 @@ impl<'a> Fields<'a> {
             Some(id) => Ok(id),
             None => Err(self.fail(self.why_no_id(token)).into()),
         }
+    }
+
+    /// The next field as an id of a letter and a number.
+    #[inline]
+    pub(super) fn name(&mut self) -> Scan<u64> {
+        let token = self.required()?;
+        let label = core::str::from_utf8(token).ok().and_then(|text| text.parse::<Label>().ok());
+        match label.filter(|label| label.letter().is_some()) {
+            Some(Label(id)) => Ok(id),
+            None => Err(self.fail(IoErrorKind::NotAName { found: self.found() }).into()),
+        }
+    }
+
+    /// Whether one of the next two fields is a letter and a number, as no g2o line has them there.
+    pub(super) fn has_names(&self) -> bool {
+        let rest = self.source.text[self.at..self.end].split(u8::is_ascii_whitespace);
+        let is_name = |field: &[u8]| match field {
+            [letter, digits @ ..] => {
+                letter.is_ascii_alphabetic() && !digits.is_empty() && digits.iter().all(u8::is_ascii_digit)
+            }
+            [] => false,
+        };
+        rest.filter(|field| !field.is_empty()).take(2).any(is_name)
+    }
+
+    /// Where the next field starts.
+    pub(super) fn next_start(&self) -> usize {
+        let bytes = &self.source.text[self.at..self.end];
+        self.at + bytes.iter().position(|b| !b.is_ascii_whitespace()).unwrap_or(0)
     }
 
     /// Whether the line has no further field.

@@ -44,7 +44,6 @@ pub(super) fn write(graph: &PoseGraph, p: &mut Printer) -> Result<(), WriteError
     for e in &graph.edges3 {
         print_edge(p, "EDGE3", e, print_pose3_euler, print_upper_triangle)?;
     }
-    graph.other.iter().for_each(|line| p.verbatim(line));
     Ok(())
 }
 
@@ -57,6 +56,7 @@ fn poses_only(graph: &PoseGraph) -> Result<(), WriteError> {
         &[
             ("points", graph.points2.len() + graph.points3.len()),
             ("sightings", sightings),
+            ("ranges", graph.ranges.len()),
             ("priors", priors),
             ("fixed vertices", graph.fixed.len()),
             ("sensor offsets", graph.offsets2.len() + graph.offsets3.len()),

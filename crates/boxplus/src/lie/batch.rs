@@ -6,7 +6,8 @@
 //! number of threads changes a bit. An element that needs a rare form, such as an angle beyond π, is computed alone.
 //!
 //! Any group serves. One of your own is vectorised if its operations are inlined by force, `#[inline(always)]`, and take their
-//! elementary functions from [`Real`]; otherwise it is merely right. So are SO(2), SE(2) and the similarities.
+//! elementary functions from [`Real`]; otherwise it is merely right. So are Exp, Log and Jacobians of the similarities, and
+//! Jacobians of SGal(3), which are faster one by one; `docs/benchmarks.md` has what each gains.
 //!
 //! ```
 //! use boxplus::lie::{Batch, LieGroup, SE3};

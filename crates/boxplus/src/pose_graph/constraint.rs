@@ -18,6 +18,21 @@ pub enum VertexKind {
     Point3,
 }
 
+impl VertexKind {
+    /// The point in the same world.
+    pub(super) fn point(self) -> Self {
+        match self {
+            Self::Pose2 | Self::Point2 => Self::Point2,
+            Self::Pose3 | Self::Point3 => Self::Point3,
+        }
+    }
+
+    /// `other`, if both are in the same world, else the point that it should be.
+    pub(super) fn beside(self, other: Self) -> Self {
+        if self.point() == other.point() { other } else { self.point() }
+    }
+}
+
 impl fmt::Display for VertexKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
@@ -42,6 +57,8 @@ pub enum Kind {
     Sighting3,
     /// The direction from a pose to a point in the plane.
     Bearing2,
+    /// The distance between two vertices of one dimension.
+    Range,
     /// Of a pose in the plane.
     Prior2,
     /// Of a sensor on a pose in space.
@@ -54,19 +71,20 @@ pub enum Kind {
 
 impl Kind {
     /// Every kind, in the order of [`PoseGraph::constraints`].
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Edge2,
         Self::Edge3,
         Self::Sighting2,
         Self::Sighting3,
         Self::Bearing2,
+        Self::Range,
         Self::Prior2,
         Self::Prior3,
         Self::PointPrior2,
         Self::PointPrior3,
     ];
 
-    /// The tag of such a line in a g2o file.
+    /// The tag of such a line in a g2o file; of a range, which g2o does not know, in a PyFG file.
     pub fn tag(self) -> &'static str {
         match self {
             Self::Edge2 => "EDGE_SE2",
@@ -74,6 +92,7 @@ impl Kind {
             Self::Sighting2 => "EDGE_SE2_XY",
             Self::Sighting3 => "EDGE_SE3_TRACKXYZ",
             Self::Bearing2 => "EDGE_BEARING_SE2_XY",
+            Self::Range => "EDGE_RANGE",
             Self::Prior2 => "EDGE_PRIOR_SE2",
             Self::Prior3 => "EDGE_SE3_PRIOR",
             Self::PointPrior2 => "EDGE_PRIOR_XY",
@@ -81,24 +100,25 @@ impl Kind {
         }
     }
 
-    /// The kind of its first vertex.
-    pub fn from_kind(self) -> VertexKind {
+    /// The kind of its first vertex, or `None` for a range, which may start at any.
+    pub fn from_kind(self) -> Option<VertexKind> {
         match self {
-            Self::Edge2 | Self::Sighting2 | Self::Bearing2 | Self::Prior2 => VertexKind::Pose2,
-            Self::Edge3 | Self::Sighting3 | Self::Prior3 => VertexKind::Pose3,
-            Self::PointPrior2 => VertexKind::Point2,
-            Self::PointPrior3 => VertexKind::Point3,
+            Self::Edge2 | Self::Sighting2 | Self::Bearing2 | Self::Prior2 => Some(VertexKind::Pose2),
+            Self::Edge3 | Self::Sighting3 | Self::Prior3 => Some(VertexKind::Pose3),
+            Self::PointPrior2 => Some(VertexKind::Point2),
+            Self::PointPrior3 => Some(VertexKind::Point3),
+            Self::Range => None,
         }
     }
 
-    /// The kind of its second vertex, or `None` for a prior.
+    /// The kind of its second vertex, or `None` for a prior, which has none, and a range, which may end at any.
     pub fn to_kind(self) -> Option<VertexKind> {
         match self {
             Self::Edge2 => Some(VertexKind::Pose2),
             Self::Edge3 => Some(VertexKind::Pose3),
             Self::Sighting2 | Self::Bearing2 => Some(VertexKind::Point2),
             Self::Sighting3 => Some(VertexKind::Point3),
-            Self::Prior2 | Self::Prior3 | Self::PointPrior2 | Self::PointPrior3 => None,
+            Self::Range | Self::Prior2 | Self::Prior3 | Self::PointPrior2 | Self::PointPrior3 => None,
         }
     }
 }
@@ -122,6 +142,8 @@ pub enum Measured<'a> {
     Point3(&'a Vector3<f64>),
     /// Of a direction in the plane, radians.
     Bearing2(&'a f64),
+    /// Of a distance, metres.
+    Range(&'a f64),
 }
 
 impl Measured<'_> {
@@ -138,7 +160,7 @@ impl Measured<'_> {
             }
             Self::Point2(z) => [z.x, z.y, 0.0, 0.0, 0.0, 0.0, 0.0],
             Self::Point3(z) => [z.x, z.y, z.z, 0.0, 0.0, 0.0, 0.0],
-            Self::Bearing2(z) => [**z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+            Self::Bearing2(z) | Self::Range(z) => [**z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
         }
     }
 }
@@ -218,6 +240,17 @@ impl<'a> Constraint<'a> {
 }
 
 impl PoseGraph {
+    /// The ids that nothing but ranges names, where `kind_of` knows the kind of the others: points in the world of the other end.
+    pub(super) fn ranged_points(
+        &self,
+        kind_of: impl Fn(u64) -> Option<VertexKind>,
+    ) -> Vec<(u64, VertexKind)> {
+        let ends = self.ranges.iter().flat_map(|e| [(e.from, e.to), (e.to, e.from)]);
+        ends.filter(|&(id, _)| kind_of(id).is_none())
+            .filter_map(|(id, other)| Some((id, kind_of(other)?.point())))
+            .collect()
+    }
+
     /// Every measurement, kind by kind in the order of [`Kind::ALL`], within a kind in the order of the file.
     pub fn constraints(&self) -> impl Iterator<Item = Constraint<'_>> {
         let edges2 = self.edges2.iter().map(|e| Constraint::edge(Kind::Edge2, e, Measured::Pose2));
@@ -227,13 +260,14 @@ impl PoseGraph {
         let sightings3 = self.sightings3.iter().map(Constraint::sighting3);
         let bearings2 =
             self.bearings2.iter().map(|e| Constraint::edge(Kind::Bearing2, e, Measured::Bearing2));
+        let ranges = self.ranges.iter().map(|e| Constraint::edge(Kind::Range, e, Measured::Range));
         let priors2 = self.priors2.iter().map(|p| Constraint::prior(Kind::Prior2, p, Measured::Pose2));
         let priors3 = self.priors3.iter().map(Constraint::prior3);
         let points2 =
             self.point_priors2.iter().map(|p| Constraint::prior(Kind::PointPrior2, p, Measured::Point2));
         let points3 =
             self.point_priors3.iter().map(|p| Constraint::prior(Kind::PointPrior3, p, Measured::Point3));
-        let binary = edges2.chain(edges3).chain(sightings2).chain(sightings3).chain(bearings2);
+        let binary = edges2.chain(edges3).chain(sightings2).chain(sightings3).chain(bearings2).chain(ranges);
         binary.chain(priors2).chain(priors3).chain(points2).chain(points3)
     }
 }

@@ -3,7 +3,7 @@
 use super::constraint::{Constraint, Kind, VertexKind};
 use super::ids::Ids;
 use super::information::{InformationProblem, spectrum};
-use super::{Line, PoseGraph};
+use super::{Label, Line, PoseGraph};
 use crate::partition::Partition;
 use core::cmp::Ordering;
 
@@ -23,7 +23,7 @@ pub enum Severity {
 #[non_exhaustive]
 pub enum Fault {
     /// A measurement of a vertex that does not exist, in a graph that has vertices.
-    #[error("{kind} refers to {id}, which is no vertex")]
+    #[error("{kind} refers to {}, which is no vertex", Label(*id))]
     MissingVertex {
         /// The measurement.
         kind: Kind,
@@ -33,7 +33,7 @@ pub enum Fault {
         line: Line,
     },
     /// A measurement of a vertex of another kind.
-    #[error("{kind} refers to {id} as a {expected}, but it is a {found}")]
+    #[error("{kind} refers to {} as a {expected}, but it is a {found}", Label(*id))]
     WrongVertex {
         /// The measurement.
         kind: Kind,
@@ -57,13 +57,13 @@ pub enum Fault {
         line: Line,
     },
     /// A fixed vertex that does not exist.
-    #[error("{id} is to be fixed, but is no vertex")]
+    #[error("{} is to be fixed, but is no vertex", Label(*id))]
     MissingFixed {
         /// The vertex that is missing.
         id: u64,
     },
     /// Two vertices with one id.
-    #[error("the vertex {id} is given twice, first in line {}", first.0)]
+    #[error("the vertex {} is given twice, first in line {}", Label(*id), first.0)]
     DuplicateVertex {
         /// The id.
         id: u64,
@@ -73,7 +73,7 @@ pub enum Fault {
         line: Line,
     },
     /// A measurement of a vertex against itself.
-    #[error("{kind} joins {id} to itself")]
+    #[error("{kind} joins {} to itself", Label(*id))]
     SelfLoop {
         /// The measurement.
         kind: Kind,
@@ -83,7 +83,7 @@ pub enum Fault {
         line: Line,
     },
     /// An information matrix that is no inverse covariance.
-    #[error("{kind} of {from}: the information matrix {problem}")]
+    #[error("{kind} of {}: the information matrix {problem}", Label(*from))]
     Information {
         /// The measurement.
         kind: Kind,
@@ -97,7 +97,7 @@ pub enum Fault {
         line: Line,
     },
     /// The same measurement, to the last bit, more than once.
-    #[error("{kind} from {from} to {to} is given {count} times with the same numbers, first in line {}", first.0)]
+    #[error("{kind} from {} to {} is given {count} times with the same numbers, first in line {}", Label(*from), Label(*to), first.0)]
     Repeated {
         /// The measurement.
         kind: Kind,
@@ -114,7 +114,8 @@ pub enum Fault {
     },
     /// Vertices that no chain of measurements joins to the rest.
     #[error(
-        "the graph falls into {components} parts; the largest has {largest} vertices, and {id} is not in it"
+        "the graph falls into {components} parts; the largest has {largest} vertices, and {} is not in it",
+        Label(*id)
     )]
     Disconnected {
         /// How many parts.
@@ -220,14 +221,20 @@ impl PoseGraph {
     fn find_missing(&self, (ids, kinds): &(Ids, Vec<VertexKind>), faults: &mut Vec<Fault>) {
         let offsets = Ids::new(self.offsets3.iter().map(|o| o.id));
         for Constraint { kind, from, to, offset, line, .. } in self.constraints() {
-            let expected = [Some(kind.from_kind()), kind.to_kind()];
+            let found = |id| ids.index(id).map(|i| kinds[i]);
+            let mut expected = [kind.from_kind(), kind.to_kind()];
+            if kind == Kind::Range {
+                expected[1] =
+                    found(from).map(|start| to.and_then(found).map_or(start, |end| start.beside(end)));
+            }
             for (id, expected) in [Some(from), to].into_iter().zip(expected) {
-                let (Some(id), Some(expected)) = (id, expected) else { continue };
-                match ids.index(id).map(|i| kinds[i]) {
-                    Some(found) if found != expected => {
+                match (id, id.and_then(found), expected) {
+                    (Some(id), Some(found), Some(expected)) if found != expected => {
                         faults.push(Fault::WrongVertex { kind, id, expected, found, line });
                     }
-                    None if ids.len() > 0 => faults.push(Fault::MissingVertex { kind, id, line }),
+                    (Some(id), None, _) if ids.len() > 0 => {
+                        faults.push(Fault::MissingVertex { kind, id, line });
+                    }
                     _ => {}
                 }
             }

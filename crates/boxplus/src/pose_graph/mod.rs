@@ -10,9 +10,11 @@
 //! edge i → j     Z ≈ X_i⁻¹·X_j = i_from_j          Ω in the tangent at Z: (x, y, θ) or (x, y, z, rx, ry, rz)
 //! sighting i → p z ≈ X_i⁻¹·p,  3-D: (X_i·B)⁻¹·p    B = body_from_sensor, an [`Offset`]
 //! bearing i → p  z ≈ atan2 of X_i⁻¹·p              radians
+//! range i – j    z ≈ ‖p_j − p_i‖                   metres, between poses, points, or both
 //! prior i        Z ≈ X_i,  3-D: X_i·B
 //! ```
-//! Ids are one numbering over poses and points. A graph without any vertex is legal: it has no initial values.
+//! Ids are one numbering over poses and points; a [`Label`] shows them as files write them. A graph without any vertex is legal: it has no
+//! initial values, and an id that only ranges name is a point.
 //!
 //! Pitfall: information matrices are the numbers of the file. What they weigh is the business of whoever evaluates the
 //! cost: g2o's rotation error is the vector part of a unit quaternion, about *half* the rotation vector, while most other
@@ -30,6 +32,7 @@ pub mod simulate;
 #[cfg(feature = "solve")]
 pub mod solve;
 mod statistics;
+mod truth;
 
 pub use constraint::{Constraint, Kind, Measured, VertexKind};
 pub use faults::{Fault, Severity};
@@ -37,7 +40,9 @@ pub use information::InformationProblem;
 #[cfg(feature = "solve")]
 pub use solve::{ChartKind, Costs, Indefinite, PoseGraphError, SolveSettings, Solved};
 pub use statistics::{Degree, Statistics};
+pub use truth::MapError;
 
+pub use crate::label::{Label, NoLabel};
 use crate::lie::{SE2, SE3};
 use nalgebra::{SMatrix, Vector2, Vector3};
 
@@ -135,6 +140,15 @@ pub struct Offset<G> {
     pub line: Line,
 }
 
+/// The time of a vertex.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stamp {
+    /// The vertex.
+    pub id: u64,
+    /// Seconds, on the clock of the file.
+    pub seconds: f64,
+}
+
 /// A line that is not understood, kept as it was.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OtherLine {
@@ -188,6 +202,8 @@ pub struct PoseGraph {
     pub sightings3: Vec<Sighting3>,
     /// Directions, in radians from the x-axis of the pose, in which points of the plane were seen.
     pub bearings2: Vec<Edge<f64, 1>>,
+    /// Distances, in metres, between the positions of two vertices of one dimension.
+    pub ranges: Vec<Edge<f64, 1>>,
     /// Poses of the plane known in the world.
     pub priors2: Vec<Prior<SE2, 3>>,
     /// Poses in space known in the world.
@@ -202,6 +218,8 @@ pub struct PoseGraph {
     pub offsets3: Vec<Offset<SE3>>,
     /// Vertices whose initial value is exact and must not move.
     pub fixed: Vec<u64>,
+    /// When poses were where they are, for those whose files say it.
+    pub stamps: Vec<Stamp>,
     /// Lines with other tags.
     pub other: Vec<OtherLine>,
 }
@@ -220,5 +238,19 @@ impl PoseGraph {
         let points2 = self.points2.iter().map(move |v| of(VertexKind::Point2)(v.id, v.line));
         let points3 = self.points3.iter().map(move |v| of(VertexKind::Point3)(v.id, v.line));
         poses2.chain(poses3).chain(points2).chain(points3)
+    }
+
+    /// The measurements alone: without the values of vertices, and with nothing fixed at them.
+    ///
+    /// For files whose vertices are the truth, which no estimate may start from.
+    pub fn measurements_only(&self) -> Self {
+        Self {
+            poses2: vec![],
+            poses3: vec![],
+            points2: vec![],
+            points3: vec![],
+            fixed: vec![],
+            ..self.clone()
+        }
     }
 }

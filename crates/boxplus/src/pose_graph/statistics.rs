@@ -1,9 +1,9 @@
 //! Counts and sizes of a pose graph.
 
-use super::PoseGraph;
-use super::constraint::{Constraint, Kind, Measured};
+use super::constraint::{Constraint, Kind, Measured, VertexKind};
 use super::ids::Ids;
 use super::information::spectrum;
+use super::{Label, PoseGraph};
 use nalgebra::{SMatrix, Vector3};
 use std::collections::BTreeMap;
 
@@ -29,7 +29,7 @@ pub struct Statistics {
     pub ids: usize,
     /// The lowest and the highest id.
     pub id_range: Option<(u64, u64)>,
-    /// Ids in the range that nothing names.
+    /// Ids in the range, of the letters that there are, that nothing names.
     pub id_gaps: u64,
     /// Vertices to be held fixed.
     pub fixed: usize,
@@ -81,7 +81,7 @@ impl PoseGraph {
             points: self.points2.len() + self.points3.len(),
             ids: ids.len(),
             id_range,
-            id_gaps: id_range.map_or(0, |(low, high)| high - low - (ids.len() as u64 - 1)),
+            id_gaps: gaps(ids.as_slice()),
             fixed: self.fixed.len(),
             counts: self.counts(),
             loop_closures,
@@ -152,9 +152,11 @@ impl PoseGraph {
     /// The ids of poses, named by vertices or by measurements.
     fn pose_ids(&self) -> impl Iterator<Item = u64> {
         let vertices = self.poses2.iter().map(|v| v.id).chain(self.poses3.iter().map(|v| v.id));
-        vertices.chain(self.constraints().flat_map(|c| {
-            let to = if matches!(c.kind, Kind::Edge2 | Kind::Edge3) { c.to } else { None };
-            [c.from, to.unwrap_or(c.from)]
+        let pose = |kind| matches!(kind, Some(VertexKind::Pose2 | VertexKind::Pose3));
+        vertices.chain(self.constraints().flat_map(move |c| {
+            let from = pose(c.kind.from_kind()).then_some(c.from);
+            let to = c.to.filter(|_| pose(c.kind.to_kind()));
+            from.into_iter().chain(to)
         }))
     }
 
@@ -204,6 +206,12 @@ impl PoseGraph {
         let (translation, rotation) = self.constraints().filter_map(sigmas).unzip();
         (median(translation), median(rotation))
     }
+}
+
+/// Ids between others of the same letter that are missing.
+fn gaps(ids: &[u64]) -> u64 {
+    let neighbours = ids.windows(2).filter(|pair| Label(pair[0]).letter() == Label(pair[1]).letter());
+    neighbours.map(|pair| pair[1] - pair[0] - 1).sum()
 }
 
 fn degree(joined: &[(usize, usize, bool)], n: usize) -> Degree {

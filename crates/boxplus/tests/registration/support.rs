@@ -19,6 +19,7 @@ impl Draw {
     }
 
     /// One of 0 … n − 1.
+    #[cfg(feature = "registration")]
     pub(crate) fn below(&mut self, n: u8) -> u8 {
         self.0.random_range(0..n)
     }

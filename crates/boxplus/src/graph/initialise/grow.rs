@@ -9,6 +9,8 @@
 use core::any::TypeId;
 use core::ops::ControlFlow;
 
+use nalgebra::SVector;
+
 use super::edges::Edge;
 use super::landmarks::{Observer, Sight, locate};
 use super::spanning_tree;
@@ -34,9 +36,27 @@ pub struct Growth {
     pub cost: f64,
 }
 
-/// Whether the map has landmarks: else there is nothing that the other starts leave out.
-pub(super) fn has_landmarks(graph: &Graph) -> bool {
-    !SE2::sights(&graph.sets).is_empty() || !SE3::sights(&graph.sets).is_empty()
+/// What the other starts leave out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Landmarks {
+    None,
+    /// Loops may close through them.
+    Seen,
+    /// Some by distance or direction alone: their mirror images are minima of their own, which only the cost tells apart.
+    Ambiguous,
+}
+
+impl Landmarks {
+    pub(super) fn of(graph: &Graph) -> Self {
+        let (flat, spatial) = (SE2::sights(&graph.sets), SE3::sights(&graph.sets));
+        if flat.iter().any(Sight::is_partial) || spatial.iter().any(Sight::is_partial) {
+            Self::Ambiguous
+        } else if flat.is_empty() && spatial.is_empty() {
+            Self::None
+        } else {
+            Self::Seen
+        }
+    }
 }
 
 /// Grows the map, from the poses that are held or first.
@@ -54,7 +74,7 @@ pub(super) fn grow(
         graph,
         values: values.clone(),
     };
-    let of = map.flat.count() + map.spatial.count();
+    let of = map.flat.total + map.spatial.total;
     let pieces = (of / SHORTEST).clamp(1, PIECES);
     let mut stopped = false;
     for piece in 1..=pieces {
@@ -63,6 +83,10 @@ pub(super) fn grow(
             let cost = map.settle()?;
             stopped = observer(Growth { poses: map.flat.end + map.spatial.end, of, cost }).is_break();
         }
+    }
+    if !stopped {
+        map.doubt::<2>(|map| &map.flat.rivals)?;
+        map.doubt::<3>(|map| &map.spatial.rivals)?;
     }
     Ok(map.values)
 }
@@ -92,12 +116,36 @@ impl Map<'_> {
     }
 }
 
+impl Map<'_> {
+    /// Moves each landmark that could be elsewhere there, and leaves it where the whole map costs less.
+    fn doubt<const N: usize>(
+        &mut self,
+        rivals: impl Fn(&Self) -> &[(Key<Rn<N>>, SVector<f64, N>)],
+    ) -> Result<(), GraphError> {
+        let mut cost = f64::INFINITY;
+        for (point, place) in rivals(self).to_vec() {
+            if cost.is_infinite() {
+                cost = self.settle()?;
+            }
+            let before = self.values.clone();
+            let _ = self.values.set(point, Rn::new(place)); // the slot exists
+            match self.settle()? {
+                other if other < cost => cost = other,
+                _ => self.values = before,
+            }
+        }
+        Ok(())
+    }
+}
+
 /// The poses of one kind and the points that they see.
 struct Poses<P, const N: usize, const D: usize> {
     edges: Vec<Edge<P, D>>,
     sights: Vec<Sight<N>>,
     /// By slot, whether the map has the point; points that no pose sees are known from the beginning.
     points: Vec<bool>,
+    /// Points that had to be placed without being told from where else they could be.
+    rivals: Vec<(Key<Rn<N>>, SVector<f64, N>)>,
     /// Poses before this slot are known.
     end: usize,
     total: usize,
@@ -109,11 +157,8 @@ impl<P: Observer<N, D>, const N: usize, const D: usize> Poses<P, N, D> {
         let mut points = vec![true; values.len::<Rn<N>>()];
         let free = |sight: &&Sight<N>| !values.is_held(Key::<Rn<N>>::new(sight.point));
         sights.iter().filter(free).for_each(|sight| points[sight.point as usize] = false);
-        Self { edges: P::edges(&graph.sets), sights, points, end: 0, total: values.len::<P>() }
-    }
-
-    fn count(&self) -> usize {
-        self.total
+        let (edges, total) = (P::edges(&graph.sets), values.len::<P>());
+        Self { edges, sights, points, rivals: vec![], end: 0, total }
     }
 
     /// Whether the map has this variable, or another part of it has to say.
@@ -144,6 +189,8 @@ impl<P: Observer<N, D>, const N: usize, const D: usize> Poses<P, N, D> {
             if let Some(found) = found.filter(|found| found.sure || piece == pieces) {
                 let _ = values.set(Key::new(point), Rn::new(found.place)); // the slot exists
                 self.points[point as usize] = true;
+                let rival = found.rival.filter(|_| !found.sure);
+                self.rivals.extend(rival.map(|place| (Key::new(point), place)));
             }
         }
         Ok(())

@@ -43,12 +43,21 @@ pub(super) struct Sight<const N: usize> {
     sigma: f64,
 }
 
+impl<const N: usize> Sight<N> {
+    /// Whether it leaves more than one place to its point.
+    pub(super) fn is_partial(&self) -> bool {
+        !matches!(self.seen, Seen::Place(_))
+    }
+}
+
 /// A landmark found.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Found<const N: usize> {
     pub(super) place: SVector<f64, N>,
     /// Whether noise cannot have put it elsewhere.
     pub(super) sure: bool,
+    /// The next best place: where the landmark could be instead.
+    pub(super) rival: Option<SVector<f64, N>>,
 }
 
 /// Poses that see points of ℝᴺ.
@@ -155,7 +164,7 @@ pub(super) fn locate<P: Pose<N, D>, const N: usize, const D: usize>(
         .collect();
     let first = known.iter().find_map(|k| if let Seen::Place(place) = k.seen { Some(place) } else { None });
     if let Some(place) = first {
-        return Some(Found { place, sure: true });
+        return Some(Found { place, sure: true, rival: None });
     }
     choose(&known, &candidates(&known))
 }
@@ -170,11 +179,11 @@ fn choose<const N: usize>(known: &[Known<N>], candidates: &[SVector<f64, N>]) ->
     let distance = known.iter().map(|k| (place - k.origin).norm()).sum::<f64>() / known.len() as f64;
     // Where the fit is worse than stated, so is everything told from it.
     let excess = (2.0 * cost / known.len().saturating_sub(N).max(1) as f64).max(1.0);
-    let rival = |(x, other): &(SVector<f64, N>, f64)| {
-        (x - place).norm() > APART * spread && 2.0 * (other - cost) < APART.powi(2) * excess
-    };
-    let sure = spread * excess.sqrt() < SURE * distance && !refined.iter().any(rival);
-    Some(Found { place, sure })
+    let apart = |(x, _): &&(SVector<f64, N>, f64)| (x - place).norm() > APART * spread.min(distance);
+    let rival = refined.iter().find(apart);
+    let ruled_out = |(_, other): &(SVector<f64, N>, f64)| 2.0 * (other - cost) > APART.powi(2) * excess;
+    let sure = spread * excess.sqrt() < SURE * distance && rival.is_none_or(ruled_out);
+    Some(Found { place, sure, rival: rival.map(|rival| rival.0) })
 }
 
 /// Places where the landmark may be, before any refinement.

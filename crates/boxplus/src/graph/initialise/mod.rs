@@ -20,14 +20,15 @@ use super::{FactorId, Graph, GraphError, Key, Values, gauge};
 use crate::lie::{Rn, SE2, SE3};
 use edges::{Edge, Pose};
 pub use grow::Growth;
+use grow::Landmarks;
 pub use inertial::inertial_start;
 use landmarks::Observer;
 
 /// How the first estimate is made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Initial {
-    /// Whichever of the others has the lowest cost; a map is grown only where it has landmarks, and where no other start costs as
-    /// little as noise alone would leave.
+    /// Whichever of the others has the lowest cost. A map is grown where landmarks are seen by distance or direction, or at
+    /// places, while no other start costs as little as noise alone would leave.
     #[default]
     Auto,
     /// The values as they are.
@@ -111,10 +112,7 @@ impl Graph {
         observer: &mut dyn FnMut(Growth) -> ControlFlow<()>,
     ) -> Result<Initialisation, GraphError> {
         let candidates: &[Initial] = match initial {
-            Initial::Auto if grow::has_landmarks(self) => {
-                &[Initial::AsGiven, Initial::SpanningTree, Initial::Chordal, Initial::Grown]
-            }
-            Initial::Auto => &[Initial::AsGiven, Initial::SpanningTree, Initial::Chordal],
+            Initial::Auto => &[Initial::AsGiven, Initial::SpanningTree, Initial::Chordal, Initial::Grown],
             _ => &[initial],
         };
         let held_without_value = self
@@ -128,8 +126,8 @@ impl Graph {
         let (mut costs, mut failed, mut tree) = (vec![], None, None);
         for &candidate in candidates {
             let lowest = best.as_ref().map_or(f64::INFINITY, |&(_, _, cost)| cost);
-            if candidate == Initial::Grown && initial == Initial::Auto && lowest <= self.expected_cost() {
-                continue; // nothing is left to be gained that is worth the time
+            if (initial, candidate) == (Initial::Auto, Initial::Grown) && !self.is_worth_growing(lowest) {
+                continue;
             }
             match self.candidate(values, candidate, &mut tree, observer) {
                 Ok((start, cost)) => {
@@ -148,9 +146,17 @@ impl Graph {
         }
     }
 
-    /// The cost that noise as stated leaves at the truth, on average: ½ for each residual.
-    fn expected_cost(&self) -> f64 {
-        0.5 * self.sets.iter().map(|set| set.len() * set.residual_dim()).sum::<usize>() as f64
+    /// Whether a map can be expected to start better where it is grown than at the cost of the best other start.
+    fn is_worth_growing(&self, lowest: f64) -> bool {
+        match Landmarks::of(self) {
+            Landmarks::None => false,
+            Landmarks::Ambiguous => true,
+            // At the truth, noise as stated leaves ½ for each residual, on average.
+            Landmarks::Seen => {
+                let residuals: usize = self.sets.iter().map(|set| set.len() * set.residual_dim()).sum();
+                lowest > 0.5 * residuals as f64
+            }
+        }
     }
 
     /// One first estimate and its cost.

@@ -314,17 +314,17 @@ fn landmarks_are_leaves() {
 }
 
 #[test]
-fn points_seen_by_the_same_cameras_go_into_the_reduced_system_together_and_leave_no_update() {
+fn points_seen_by_the_same_cameras_go_into_the_reduced_system_together() {
     let mut dims = vec![9; 12];
     dims.extend([3; 300]);
     let pattern = Pattern::new(&dims, &points(12, 300)).unwrap();
     let plan = Cholesky::new(&pattern).unwrap().plan;
-    let leaves: usize = plan.fronts.iter().filter(|front| front.is_leaf).count();
+    let leaves = plan.fronts.iter().filter(|front| front.is_leaf).count();
+    assert!(2 * leaves > 300, "{leaves}"); // the others are merged into a camera, where that costs less
     let groups: Vec<_> = plan.fronts.iter().flat_map(|front| plan.leaves_of(front)).collect();
-    assert!(leaves >= 250, "{leaves}");
     assert_eq!(groups.iter().map(|group| group.count as usize).sum::<usize>(), leaves);
-    assert!(groups.len() <= 24, "{} sets of cameras", groups.len()); // 8 begin, 3 lengths
-    assert!(plan.stacks.iter().sum::<usize>() < 2 * 108 * 109, "{:?}", plan.stacks);
+    // Points begin at one of 8 cameras and are seen by 2, 3 or 4; a camera may be a leaf, too.
+    assert!(groups.len() <= 8 * 3 + 12, "{}", groups.len());
 }
 
 #[test]

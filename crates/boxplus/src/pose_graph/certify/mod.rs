@@ -28,7 +28,7 @@ use nalgebra::{SMatrix, SVector};
 
 use super::ids::Ids;
 use super::solve::{Indefinite, PoseGraphError, SolveSettings, faults, usable_information};
-use super::{Edge, Fault, Kind, PoseGraph, Vertex, VertexKind};
+use super::{Edge, Fault, Kind, Label, PoseGraph, Vertex, VertexKind};
 use crate::graph::isotropic_weights;
 use crate::lie::{SE2, SE3, SO2, SO3};
 use crate::partition::Partition;
@@ -119,7 +119,7 @@ pub enum CertifyError {
         count: usize,
     },
     /// As [`CertifyError::Measurements`], for vertices.
-    #[error("only graphs of poses of one kind can be certified; this one has a {kind}, vertex {id}")]
+    #[error("only graphs of poses of one kind can be certified; this one has a {kind}, vertex {}", Label(*id))]
     Vertices {
         /// What else it has.
         kind: VertexKind,

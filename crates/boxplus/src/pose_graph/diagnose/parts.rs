@@ -94,10 +94,14 @@ pub(super) fn parts(graph: &PoseGraph) -> Vec<Part> {
 /// The kind of every id, told by its vertex or else by a measurement of it.
 fn kinds(graph: &PoseGraph) -> HashMap<u64, VertexKind> {
     let named = graph.constraints().flat_map(|c| {
-        let to = c.to.and_then(|to| Some((to, c.kind.to_kind()?)));
-        [Some((c.from, c.kind.from_kind())), to].into_iter().flatten()
+        let from = c.kind.from_kind().map(|kind| (c.from, kind));
+        from.into_iter().chain(c.to.zip(c.kind.to_kind()))
     });
-    named.chain(graph.vertices().map(|(id, kind, _)| (id, kind))).collect()
+    let mut kinds: HashMap<u64, VertexKind> =
+        named.chain(graph.vertices().map(|(id, kind, _)| (id, kind))).collect();
+    let ranged = graph.ranged_points(|id| kinds.get(&id).copied());
+    kinds.extend(ranged);
+    kinds
 }
 
 /// What ties ids to the world: a whole pose (`None`), or the place of a point.

@@ -14,6 +14,7 @@
 mod closures;
 mod costs;
 mod indefinite;
+mod keys;
 pub(in crate::pose_graph) mod problem;
 mod uncertainty;
 
@@ -29,7 +30,7 @@ pub(in crate::pose_graph) use problem::faults;
 pub use uncertainty::PositionCovariance;
 
 use super::constraint::{Constraint, Kind};
-use super::{Fault, Line, PoseGraph};
+use super::{Fault, Label, Line, PoseGraph};
 use crate::graph::{
     self, Clock, Graduation, GraphError, Growth, Initial, Iteration, Kernel, SolveOptions, SolveReport,
     Unconstrained,
@@ -260,7 +261,7 @@ pub enum PoseGraphError {
         error: GraphError,
     },
     /// One id names two vertices, of one kind or of two.
-    #[error("{id} names two vertices; give each vertex an id of its own")]
+    #[error("{} names two vertices; give each vertex an id of its own", Label(*id))]
     AmbiguousVertex {
         /// The id.
         id: u64,
@@ -269,7 +270,7 @@ pub enum PoseGraphError {
     #[error("the graph has no vertex and no measurement")]
     Empty,
     /// A vertex is to be held that does not exist.
-    #[error("vertex {id} is to be fixed, but neither a vertex nor a measurement has this id")]
+    #[error("vertex {} is to be fixed, but neither a vertex nor a measurement has this id", Label(*id))]
     NoSuchVertex {
         /// Its id.
         id: u64,

@@ -3,15 +3,15 @@
 use nalgebra::{DMatrix, SMatrix};
 
 use super::indefinite::{Indefinite, mend, symmetric, translations};
+use super::keys::{End, Keys, declare, insert};
 use super::{ChartKind, PoseGraphError, SolveSettings};
 use crate::graph::{
     Bearing2, Between, Chart, Chordal, Difference, Factor, FactorId, G2o, Graph, GraphError, GroupVariable,
-    Key, Log, Noise, Prior, Sighting2, Sighting3, Values, Variable, VariableId, Variables,
+    Key, Located, Log, Noise, Prior, Range, Sighting2, Sighting3, Values, Variable, VariableId, Variables,
     isotropic_information,
 };
 use crate::lie::{LieGroup, Rn, SE2, SE3};
-use crate::pose_graph::ids::Ids;
-use crate::pose_graph::{Fault, Line, PoseGraph, Severity, Vertex};
+use crate::pose_graph::{Edge, Fault, Line, PoseGraph, Severity, Vertex, VertexKind};
 
 /// The factor graph of a pose graph.
 pub(in crate::pose_graph) struct Problem {
@@ -105,17 +105,6 @@ fn write<V: Variable, T>(values: &Values, vertices: &mut Vec<Vertex<T>>, value: 
     }
 }
 
-/// The variables, found by the ids of the file.
-struct Keys {
-    ids: Ids,
-    /// The index of an id that two vertices of one kind have.
-    repeated: Option<usize>,
-    poses2: Vec<Option<Key<SE2>>>,
-    poses3: Vec<Option<Key<SE3>>>,
-    points2: Vec<Option<Key<Rn<2>>>>,
-    points3: Vec<Option<Key<Rn<3>>>>,
-}
-
 struct Builder<'a> {
     graph: &'a PoseGraph,
     settings: &'a SolveSettings,
@@ -176,6 +165,11 @@ impl<'a> Builder<'a> {
             declare(ids, values, points2, graph.point_priors2.iter().map(|p| p.id));
             declare(ids, values, points3, graph.sightings3.iter().map(|e| e.to));
             declare(ids, values, points3, graph.point_priors3.iter().map(|p| p.id));
+            let ranged = graph.ranged_points(|id| keys.end(id).map(End::kind));
+            let Keys { ids, points2, points3, .. } = keys;
+            let of = |kind| ranged.iter().filter(move |point| point.1 == kind).map(|point| point.0);
+            declare(ids, values, points2, of(VertexKind::Point2));
+            declare(ids, values, points3, of(VertexKind::Point3));
         }
     }
 
@@ -231,6 +225,9 @@ impl<'a> Builder<'a> {
             let keys = (self.keys.pose2(e.from)?, self.keys.point2(e.to)?);
             self.add(keys, Bearing2::new(e.measured), (&e.information, 0), e.line)?;
         }
+        for e in &graph.ranges {
+            self.add_range(e)?;
+        }
         for p in &graph.priors2 {
             let key = (self.keys.pose2(p.id)?,);
             self.add(key, Prior { mean: p.measured }, (&p.information, 2), p.line)?;
@@ -252,6 +249,28 @@ impl<'a> Builder<'a> {
             self.add(key, Prior { mean: Rn::new(p.measured) }, (&p.information, 3), p.line)?;
         }
         Some(())
+    }
+
+    fn add_range(&mut self, e: &Edge<f64, 1>) -> Option<()> {
+        match (self.keys.end(e.from)?, self.keys.end(e.to)?) {
+            (End::Pose2(a), End::Point2(b)) => self.add_distance::<_, _, 2>((a, b), e),
+            (End::Pose2(a), End::Pose2(b)) => self.add_distance::<_, _, 2>((a, b), e),
+            (End::Point2(a), End::Pose2(b)) => self.add_distance::<_, _, 2>((a, b), e),
+            (End::Point2(a), End::Point2(b)) => self.add_distance::<_, _, 2>((a, b), e),
+            (End::Pose3(a), End::Point3(b)) => self.add_distance::<_, _, 3>((a, b), e),
+            (End::Pose3(a), End::Pose3(b)) => self.add_distance::<_, _, 3>((a, b), e),
+            (End::Point3(a), End::Pose3(b)) => self.add_distance::<_, _, 3>((a, b), e),
+            (End::Point3(a), End::Point3(b)) => self.add_distance::<_, _, 3>((a, b), e),
+            _ => None, // one in the plane and one in space
+        }
+    }
+
+    fn add_distance<A: Located<N>, B: Located<N>, const N: usize>(
+        &mut self,
+        keys: (Key<A>, Key<B>),
+        e: &Edge<f64, 1>,
+    ) -> Option<()> {
+        self.add(keys, Range::<A, B, N>::new(e.measured), (&e.information, 1), e.line)
     }
 
     fn add_edges<C: Chart<SE2, 3> + Chart<SE3, 6>>(&mut self) -> Option<()> {
@@ -339,69 +358,5 @@ impl<'a> Builder<'a> {
     fn problem(self) -> Problem {
         let Self { keys, values, factors, factor_ids, mended, .. } = self;
         Problem { factors, values, keys, ids: factor_ids, mended }
-    }
-}
-
-impl Keys {
-    /// An id that names two variables.
-    fn ambiguous(&self) -> Option<u64> {
-        let named = |i: usize| {
-            let kinds = [
-                self.poses2[i].is_some(),
-                self.poses3[i].is_some(),
-                self.points2[i].is_some(),
-                self.points3[i].is_some(),
-            ];
-            kinds.into_iter().filter(|named| *named).count()
-        };
-        let twice = self.repeated.or_else(|| (0..self.ids.len()).find(|&i| named(i) > 1));
-        twice.map(|i| self.ids.as_slice()[i])
-    }
-
-    fn pose2(&self, id: u64) -> Option<Key<SE2>> {
-        self.poses2[self.ids.index(id)?]
-    }
-    fn pose3(&self, id: u64) -> Option<Key<SE3>> {
-        self.poses3[self.ids.index(id)?]
-    }
-    fn point2(&self, id: u64) -> Option<Key<Rn<2>>> {
-        self.points2[self.ids.index(id)?]
-    }
-    fn point3(&self, id: u64) -> Option<Key<Rn<3>>> {
-        self.points3[self.ids.index(id)?]
-    }
-}
-
-/// Adds the vertices of one kind; returns the index of an id that is given twice.
-fn insert<V: Variable, T>(
-    ids: &Ids,
-    values: &mut Values,
-    keys: &mut [Option<Key<V>>],
-    vertices: &[Vertex<T>],
-    value: impl Fn(&T) -> V,
-) -> Option<usize> {
-    let mut twice = None;
-    for vertex in vertices {
-        if let Some(i) = ids.index(vertex.id) {
-            if keys[i].is_some() {
-                twice = Some(i);
-            }
-            keys[i] = Some(values.insert_labelled(value(&vertex.value), vertex.id));
-        }
-    }
-    twice
-}
-
-fn declare<V: Variable>(
-    ids: &Ids,
-    values: &mut Values,
-    keys: &mut [Option<Key<V>>],
-    named: impl Iterator<Item = u64>,
-) {
-    let mut indices: Vec<usize> = named.filter_map(|id| ids.index(id)).collect();
-    indices.sort_unstable();
-    indices.dedup();
-    for i in indices {
-        keys[i].get_or_insert_with(|| values.declare(ids.as_slice()[i]));
     }
 }

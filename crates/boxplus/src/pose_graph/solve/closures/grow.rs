@@ -166,6 +166,7 @@ impl Map<'_> {
         part.sightings2.retain(|e| known(e.from));
         part.sightings3.retain(|e| known(e.from));
         part.bearings2.retain(|e| known(e.from));
+        part.ranges.retain(|e| known(e.from) && known(e.to));
         part.priors2.retain(|p| known(p.id));
         part.priors3.retain(|p| known(p.id));
         (part, places)
