@@ -233,9 +233,9 @@ fn start<C: Camera<2, P, Scalar = f64>, const P: usize>(
     seen: &[(Vector3<f64>, Vector2<f64>)],
     cost: &impl Fn(&SE3) -> f64,
 ) -> Result<SE3, LocateError> {
-    let third = seen.len().div_ceil(3);
+    let third = seen.len() / 3; // rounded down, so that the three are never the same
     let mut best: Option<(f64, SE3)> = None;
-    for i in 0..third.min(8) {
+    for i in 0..seen.len().min(8) {
         let chosen = [i, (i + third) % seen.len(), (i + 2 * third) % seen.len()];
         let points = chosen.map(|k| seen[k].0);
         let mut rays = [Vector3::zeros(); 3];

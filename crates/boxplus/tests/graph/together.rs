@@ -1,7 +1,8 @@
 //! Factors that are computed together.
 
 use boxplus::graph::{
-    Between, Factor, FactorBatch, Graph, GraphError, Kernel, Key, Noise, SolveOptions, Values, VariableId,
+    Between, Factor, FactorBatch, Graph, GraphError, Kernel, Key, MAX_ARITY, Noise, SolveOptions, Values,
+    VariableId,
 };
 use boxplus::lie::{LieGroup, Rn, SE2};
 use core::ops::Range;
@@ -137,7 +138,7 @@ fn uneven_batches_are_refused() {
     let (values, batch, noises) = ring();
     let [a, b] = batch.columns();
     let mut graph = Graph::new();
-    let wrong = [vec![], vec![a.clone(), b[1..].to_vec()], vec![a.clone(); 5]];
+    let wrong = [vec![], vec![a.clone(), b[1..].to_vec()], vec![a.clone(); MAX_ARITY + 1]];
     for columns in wrong {
         let (_, batch, _) = ring();
         let error = graph.add_batch(&values, &columns, batch, noises.clone(), Kernel::None).unwrap_err();
