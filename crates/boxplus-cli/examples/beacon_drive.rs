@@ -1,7 +1,8 @@
 //! A drive among beacons whose places nobody knows, by odometry whose bias nobody knows: dead reckoning, and what smoothing, mapping and
 //! self-calibration make of it; Solà et al. (2018) §V-C, §V-D. The numbers are printed by the library's example `smoothing_and_mapping`.
 //!
-//! Arguments: `plane` or `space`, the picture to draw, .svg or .png.
+//! Arguments: `plane` or `space`, the picture to draw, .svg or .png; without them it says in a line what the picture of the plane would.
+#![expect(clippy::print_stdout, reason = "an example talks")]
 
 use std::error::Error;
 use std::path::Path;
@@ -14,12 +15,13 @@ use rand_chacha::rand_core::SeedableRng;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [world, name] = arguments.as_slice() else { return Err("name plane or space, and a picture".into()) };
-    let figure = match world.as_str() {
+    let figure = match arguments.first().map_or("plane", String::as_str) {
         "plane" => drawn("Smoothing and mapping in the plane", &BeaconDrive::in_plane())?,
         "space" => drawn("Smoothing and mapping in space", &BeaconDrive::in_space())?,
         _ => return Err("there are plane and space".into()),
     };
+    println!("{}: {}", figure.title, figure.facts);
+    let Some(name) = arguments.get(1) else { return Ok(()) };
     let svg = figure.svg();
     let is_png = Path::new(name).extension().is_some_and(|ending| ending == "png");
     let bytes = if is_png { png(&svg).ok_or("nothing to draw")? } else { svg.into_bytes() };

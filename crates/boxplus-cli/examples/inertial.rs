@@ -19,7 +19,10 @@ use log::Outcome;
 fn main() -> Outcome<()> {
     let mut arguments = std::env::args().skip(1);
     let Some(folder) = log::folder(arguments.next()) else { return Ok(()) };
-    let target = PathBuf::from(arguments.next().ok_or("name a folder to write into")?);
+    let Some(target) = arguments.next().map(PathBuf::from) else {
+        println!("nothing is written: name a folder for the problems, after that of the data");
+        return Ok(());
+    };
     let truth = euroc::truth(&folder)?;
     let poses = truth.iter().map(|pose| {
         let (t, q) = (pose.value.translation(), pose.value.rotation().quaternion_xyzw());
