@@ -92,11 +92,17 @@ def ours(arguments: list[str]) -> dict:
     return json.loads(subprocess.run(command, capture_output=True, check=False, text=True).stdout)
 
 
+def public_maps() -> list[str]:
+    """Those of the data folder, BOXPLUS_DATA or `../shared/data` beside the checkout."""
+    data = Path(os.environ.get("BOXPLUS_DATA", Path(__file__).resolve().parents[3] / "shared/data"))
+    return sorted(str(path) for path in (data / "ranging").glob("*.pyfg*"))
+
+
 def main() -> None:
     """Prints one row for each map and start."""
     print("| map | start | its cost | boxplus: cost, steps, s | GTSAM: cost, steps, s |")
     print("|---|---|---:|---:|---:|")
-    for path in sys.argv[1:]:
+    for path in sys.argv[1:] or public_maps():
         for init in ["spanning-tree", "grown"]:
             with tempfile.TemporaryDirectory() as folder:
                 start = Path(folder) / "start.pyfg"

@@ -246,7 +246,7 @@ fn grid(mut document: Document, window: &Window) -> Document {
     let bottom = y + height;
     for (u, at) in window.horizontal_ticks() {
         document = document.add(line((at, y), (at, bottom), GRID, 1.0));
-        if at < x + width - 34.0 {
+        if at < x + width - 46.0 {
             document = document.add(text(&metres(u), (at, bottom + 17.0), Anchor::Middle, TICK));
         }
     }
