@@ -3,6 +3,7 @@
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
+use boxplus::graph::SolveOptions;
 use boxplus::io::cloud::CloudFormat;
 use boxplus::pose_graph::simulate::Simulator;
 use boxplus::registration::{Kernel, Method as Alignment};
@@ -184,6 +185,21 @@ pub struct Method {
     /// Stop when the step is below this, in standard deviations.
     #[arg(long, value_name = "X", value_parser = tolerance)]
     pub step: Option<f64>,
+}
+
+impl Method {
+    /// How to move and when to stop: what was given, else what is usual.
+    pub fn options(&self, usual: &SolveOptions, global: &Global) -> SolveOptions {
+        SolveOptions {
+            algorithm: self.algorithm.library(),
+            max_iterations: self.max_iterations.unwrap_or(usual.max_iterations),
+            relative_cost: self.relative_cost.unwrap_or(usual.relative_cost),
+            gradient: self.gradient.unwrap_or(usual.gradient),
+            step: self.step.unwrap_or(usual.step),
+            threads: global.threads.map_or(usual.threads, usize::from),
+            ..usual.clone()
+        }
+    }
 }
 
 const INFO_EXAMPLES: &str = "\

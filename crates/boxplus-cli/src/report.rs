@@ -67,11 +67,7 @@ impl SolveDocument {
     }
 
     fn stopped(&self) -> String {
-        let style = if self.converged { GOOD } else { WARN };
-        let steps = count(self.iterations, "step", "steps");
-        let rejected = self.iterations - self.accepted.min(self.iterations);
-        let rejected = if rejected > 0 { format!(", {rejected} rejected") } else { String::new() };
-        format!("{style}{}{style:#} after {steps}{rejected}", self.reason)
+        stopped(self.converged, &self.reason, self.iterations, self.accepted)
     }
 
     fn start(&self) -> String {
@@ -247,6 +243,15 @@ impl WorstEdge {
         let (chi2, sigmas) = (significant(self.chi2, 4), significant(self.sigmas, 3));
         format!("{ends:<16} χ² {chi2:<10} {sigmas:>6} σ{line}")
     }
+}
+
+/// Why the search ended, and after how many trial steps, of which so many were accepted.
+pub fn stopped(converged: bool, reason: &str, iterations: usize, accepted: usize) -> String {
+    let style = if converged { GOOD } else { WARN };
+    let steps = count(iterations, "step", "steps");
+    let rejected = iterations - accepted.min(iterations);
+    let rejected = if rejected > 0 { format!(", {rejected} rejected") } else { String::new() };
+    format!("{style}{reason}{style:#} after {steps}{rejected}")
 }
 
 /// One line of a screen: what, and its value.

@@ -102,7 +102,6 @@ fn blind<'a>(loaded: &'a Loaded, settings: &SolveSettings) -> Cow<'a, PoseGraph>
 }
 
 fn settings(method: &Method, global: &Global) -> SolveSettings {
-    let usual = SolveOptions::default();
     SolveSettings {
         chart: method.chart.library(),
         initial: method.init.library(),
@@ -112,15 +111,7 @@ fn settings(method: &Method, global: &Global) -> SolveSettings {
         pairwise: method.robust.as_ref().and_then(|robust| robust.pairwise),
         fixed: method.fix.clone(),
         indefinite: method.information.library(),
-        options: SolveOptions {
-            algorithm: method.algorithm.library(),
-            max_iterations: method.max_iterations.unwrap_or(usual.max_iterations),
-            relative_cost: method.relative_cost.unwrap_or(usual.relative_cost),
-            gradient: method.gradient.unwrap_or(usual.gradient),
-            step: method.step.unwrap_or(usual.step),
-            threads: global.threads.map_or(usual.threads, usize::from),
-            ..usual
-        },
+        options: method.options(&SolveOptions::default(), global),
     }
 }
 

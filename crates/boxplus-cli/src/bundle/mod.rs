@@ -10,7 +10,7 @@ use std::time::Instant;
 
 use boxplus::bundle_adjustment::solve::solve_observed;
 use boxplus::bundle_adjustment::{Bundle, BundleError, Settings, Solved};
-use boxplus::graph::{SolveOptions, Termination};
+use boxplus::graph::Termination;
 use boxplus::io::{self, WriteError, bal};
 
 use crate::args::{Global, Method, Solve};
@@ -113,7 +113,6 @@ fn refuse_what_is_for_graphs(options: &Solve) -> Result<(), Error> {
 }
 
 fn settings(method: &Method, global: &Global) -> Result<Settings, Error> {
-    let usual = Settings::options();
     let number = |id: &u64| {
         usize::try_from(*id)
             .map_err(|_| Error::Usage { message: format!("there is no view {id}"), help: None })
@@ -123,15 +122,7 @@ fn settings(method: &Method, global: &Global) -> Result<Settings, Error> {
         intrinsics: method.intrinsics.map_or_else(Default::default, Intrinsics::library),
         behind: method.behind.map_or_else(Default::default, Behind::library),
         fixed: method.fix.iter().map(number).collect::<Result<_, _>>()?,
-        options: SolveOptions {
-            algorithm: method.algorithm.library(),
-            max_iterations: method.max_iterations.unwrap_or(usual.max_iterations),
-            relative_cost: method.relative_cost.unwrap_or(usual.relative_cost),
-            gradient: method.gradient.unwrap_or(usual.gradient),
-            step: method.step.unwrap_or(usual.step),
-            threads: global.threads.map_or(usual.threads, usize::from),
-            ..usual
-        },
+        options: method.options(&Settings::options(), global),
     })
 }
 

@@ -6,8 +6,8 @@ use serde::Serialize;
 use crate::args::Method;
 use crate::document::{Phases, Trial};
 use crate::input::LoadedBundle;
-use crate::output::{DIM, GOOD, STRONG, WARN};
-use crate::report::row;
+use crate::output::{DIM, STRONG, WARN};
+use crate::report::{row, stopped};
 use crate::text::{count, duration, grouped, significant};
 
 /// Digits of a cost.
@@ -191,11 +191,7 @@ impl BundleDocument {
     }
 
     fn stopped(&self) -> String {
-        let style = if self.converged { GOOD } else { WARN };
-        let steps = count(self.iterations, "step", "steps");
-        let rejected = self.iterations - self.accepted.min(self.iterations);
-        let rejected = if rejected > 0 { format!(", {rejected} rejected") } else { String::new() };
-        format!("{style}{}{style:#} after {steps}{rejected}", self.reason)
+        stopped(self.converged, &self.reason, self.iterations, self.accepted)
     }
 
     /// What keeps the world in place, which no image tells.
