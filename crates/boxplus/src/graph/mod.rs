@@ -129,13 +129,13 @@ impl Graph {
 
     /// Gives every factor this kernel.
     pub fn set_kernel(&mut self, kernel: Kernel) {
-        self.sets.iter_mut().for_each(|set| set.set_kernel(kernel));
+        self.sets.iter_mut().for_each(|set| set.kernels_mut().fill(kernel));
     }
 
     /// Gives one factor this kernel; an id of another graph is passed over.
     pub fn set_kernel_of(&mut self, factor: FactorId, kernel: Kernel) {
         if self.set_of(factor).is_some() {
-            self.sets[factor.set as usize].set_kernel_of(factor.index as usize, kernel);
+            self.sets[factor.set as usize].kernels_mut()[factor.index as usize] = kernel;
         }
     }
 
@@ -335,7 +335,7 @@ impl Graph {
     fn check_keys(&self, values: &Values) -> Result<HashMap<VariableId, State>, GraphError> {
         let mut states = HashMap::new();
         for set in &self.sets {
-            if let Some(kernel) = set.invalid_kernel() {
+            if let Some(&kernel) = set.kernels().iter().find(|kernel| !kernel.is_valid()) {
                 return Err(GraphError::InvalidKernel { kernel });
             }
             for (place, (kind, &name)) in set.kinds().into_iter().zip(set.kind_names()).enumerate() {

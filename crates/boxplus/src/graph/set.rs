@@ -102,6 +102,21 @@ pub(crate) const fn stride(dims: &[usize]) -> usize {
     total
 }
 
+/// Adds to `slopes` the derivatives along the `directions` by one variable, which is at `place` in them: weight·J·d, with J by rows.
+pub(crate) fn add_slopes(
+    rows: &[f64],
+    place: Range<usize>,
+    weight: f64,
+    directions: &[Vec<f64>],
+    slopes: &mut [DVector<f64>],
+) {
+    for (slope, row) in slopes.iter_mut().zip(rows.chunks_exact(place.len())) {
+        for (k, direction) in directions.iter().enumerate() {
+            slope[k] += weight * dot(row, &direction[place.clone()]);
+        }
+    }
+}
+
 /// A [`FactorSet`] whose type is forgotten: one virtual call per chunk of factors.
 pub(crate) trait AnySet: Any + Send + Sync {
     fn name(&self) -> &'static str;
@@ -144,10 +159,9 @@ pub(crate) trait AnySet: Any + Send + Sync {
     fn scatter(&self, range: Range<usize>, parts: &[f64], plan: &SetPlan, normal: &mut Normal);
     /// The factors that are to be kept, in a set of their own.
     fn part(&self, keep: &dyn Fn(usize) -> bool) -> Box<dyn AnySet>;
-    fn set_kernel(&mut self, kernel: Kernel);
-    fn set_kernel_of(&mut self, index: usize, kernel: Kernel);
-    /// A kernel whose scale makes no sense.
-    fn invalid_kernel(&self) -> Option<Kernel>;
+    /// By factor.
+    fn kernels(&self) -> &[Kernel];
+    fn kernels_mut(&mut self) -> &mut [Kernel];
     fn as_any(&self) -> &dyn Any;
     fn as_any_mut(&mut self) -> &mut dyn Any;
 }
@@ -259,11 +273,7 @@ impl<F: Factor<R>, const R: usize> AnySet for FactorSet<F, R> {
         F::Variables::whiten(&jacobians, u, |whitened| {
             for ((id, w), &dim) in self.ids(index).iter().zip(whitened).zip(F::Variables::DIMS) {
                 let Some(start) = offsets.get(*id) else { continue };
-                for (slope, row) in slopes.iter_mut().zip(w.chunks_exact(dim)) {
-                    for (k, direction) in directions.iter().enumerate() {
-                        slope[k] += weight * dot(row, &direction[start..start + dim]);
-                    }
-                }
+                add_slopes(w, start..start + dim, weight, directions, slopes);
             }
         });
     }
@@ -280,14 +290,11 @@ impl<F: Factor<R>, const R: usize> AnySet for FactorSet<F, R> {
         }
         Box::new(part)
     }
-    fn set_kernel(&mut self, kernel: Kernel) {
-        self.kernels.fill(kernel);
+    fn kernels(&self) -> &[Kernel] {
+        &self.kernels
     }
-    fn set_kernel_of(&mut self, index: usize, kernel: Kernel) {
-        self.kernels[index] = kernel;
-    }
-    fn invalid_kernel(&self) -> Option<Kernel> {
-        self.kernels.iter().find(|kernel| !kernel.is_valid()).copied()
+    fn kernels_mut(&mut self) -> &mut [Kernel] {
+        &mut self.kernels
     }
     fn as_any(&self) -> &dyn Any {
         self

@@ -11,7 +11,7 @@ use super::linear::structure::{Normal, SetPlan};
 use super::linear::vector::dot;
 use super::noise::Noise;
 use super::renewal::Renewal;
-use super::set::{AnySet, normal_equations, stride};
+use super::set::{AnySet, add_slopes, normal_equations, stride};
 use super::values::{Offsets, Values, VariableId};
 use super::{FactorId, Graph, GraphError, Kernel};
 
@@ -259,11 +259,7 @@ impl<B: FactorBatch<R>, const R: usize> AnySet for BatchSet<B, R> {
         let weight = self.kernels[index].weight(dot(&residuals, &residuals)).sqrt();
         for ((id, rows), &dim) in self.ids(index).iter().zip(&jacobians).zip(&self.dims) {
             let Some(start) = offsets.get(*id) else { continue };
-            for (slope, row) in slopes.iter_mut().zip(rows.chunks_exact(dim)) {
-                for (k, direction) in directions.iter().enumerate() {
-                    slope[k] += weight * dot(row, &direction[start..start + dim]);
-                }
-            }
+            add_slopes(rows, start..start + dim, weight, directions, slopes);
         }
     }
     fn scatter(&self, range: Range<usize>, parts: &[f64], plan: &SetPlan, normal: &mut Normal) {
@@ -284,14 +280,11 @@ impl<B: FactorBatch<R>, const R: usize> AnySet for BatchSet<B, R> {
             kernels: kept.iter().map(|&index| self.kernels[index]).collect(),
         })
     }
-    fn set_kernel(&mut self, kernel: Kernel) {
-        self.kernels.fill(kernel);
+    fn kernels(&self) -> &[Kernel] {
+        &self.kernels
     }
-    fn set_kernel_of(&mut self, index: usize, kernel: Kernel) {
-        self.kernels[index] = kernel;
-    }
-    fn invalid_kernel(&self) -> Option<Kernel> {
-        self.kernels.iter().find(|kernel| !kernel.is_valid()).copied()
+    fn kernels_mut(&mut self) -> &mut [Kernel] {
+        &mut self.kernels
     }
     fn as_any(&self) -> &dyn Any {
         self
