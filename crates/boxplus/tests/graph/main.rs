@@ -1,7 +1,6 @@
 //! The factor graph, seen from outside.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-#[cfg(feature = "rand")]
 mod beacon_drives;
 mod continuous;
 mod custom;

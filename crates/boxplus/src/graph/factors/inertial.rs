@@ -46,24 +46,22 @@ use crate::trajectory::{Imu, ImuBias, ImuNoise, Preintegration, TrajectoryError}
 /// ```
 ///
 /// Forster et al. (2017); Barrau & Bonnabel (2017), Brossard et al. (2022).
+///
+/// `G` is what is known of gravity: the vector, in m/s² of the world, (0, 0, −9.81) where z points up; or of
+/// [`InertialUnderGravity`] its strength.
 #[derive(Clone, Debug)]
-pub struct Inertial {
+pub struct Inertial<G = Vector3<f64>> {
     samples: Samples,
-    /// g, in m/s² of the world: (0, 0, −9.81) where z points up.
-    pub gravity: Vector3<f64>,
+    /// What is known of gravity, in m/s².
+    pub gravity: G,
 }
 
-impl Inertial {
+impl<G: Copy> Inertial<G> {
     /// The sum of `samples`, in order of time, about `bias`, the best known.
     ///
     /// # Errors
     /// Those of [`Preintegration::of`].
-    pub fn new(
-        samples: &[Imu],
-        bias: ImuBias,
-        noise: ImuNoise,
-        gravity: Vector3<f64>,
-    ) -> Result<Self, TrajectoryError> {
+    pub fn new(samples: &[Imu], bias: ImuBias, noise: ImuNoise, gravity: G) -> Result<Self, TrajectoryError> {
         Ok(Self { samples: Samples::new(samples, bias, noise)?, gravity })
     }
 
@@ -79,6 +77,12 @@ impl Inertial {
     /// velocity go together.
     pub fn noise(&self) -> Result<Noise<9>, GraphError> {
         Noise::from_covariance(&self.samples.sum.covariance())
+    }
+
+    /// The factor of the sum made anew about `bias`.
+    fn about(&self, bias: &ImuBias) -> Option<Renewed<Self, 9>> {
+        let (samples, noise, error) = self.samples.about(bias)?;
+        Some(Renewed { factor: Self { samples, gravity: self.gravity }, noise, error })
     }
 }
 
@@ -99,8 +103,7 @@ impl Factor<9> for Inertial {
     }
 
     fn renewed(&self, (_, _, bias): &Self::Variables) -> Option<Renewed<Self, 9>> {
-        let (samples, noise, error) = self.samples.about(bias)?;
-        Some(Renewed { factor: Self { samples, ..self.clone() }, noise, error })
+        self.about(bias)
     }
 }
 
@@ -109,40 +112,7 @@ impl Factor<9> for Inertial {
 ///
 /// [`Inertial`] otherwise. For states whose frame nobody has levelled: that of the first camera, or of a motion capture system; or,
 /// where positions are known in a levelled one, to see how level it is. ∂g/∂n = |g|·B(n), 3×2.
-#[derive(Clone, Debug)]
-pub struct InertialUnderGravity {
-    samples: Samples,
-    /// |g|, in m/s².
-    pub gravity: f64,
-}
-
-impl InertialUnderGravity {
-    /// The sum of `samples`, in order of time, about `bias`, the best known.
-    ///
-    /// # Errors
-    /// Those of [`Preintegration::of`].
-    pub fn new(
-        samples: &[Imu],
-        bias: ImuBias,
-        noise: ImuNoise,
-        gravity: f64,
-    ) -> Result<Self, TrajectoryError> {
-        Ok(Self { samples: Samples::new(samples, bias, noise)?, gravity })
-    }
-
-    /// The sum, about the bias it was made with.
-    pub fn sum(&self) -> &Preintegration {
-        &self.samples.sum
-    }
-
-    /// Σ of the sum, 9×9: the noise of this factor.
-    ///
-    /// # Errors
-    /// As [`Inertial::noise`].
-    pub fn noise(&self) -> Result<Noise<9>, GraphError> {
-        Noise::from_covariance(&self.samples.sum.covariance())
-    }
-}
+pub type InertialUnderGravity = Inertial<f64>;
 
 impl Factor<9> for InertialUnderGravity {
     const NAME: &'static str = "inertial samples under gravity";
@@ -166,8 +136,7 @@ impl Factor<9> for InertialUnderGravity {
     }
 
     fn renewed(&self, (_, _, bias, _): &Self::Variables) -> Option<Renewed<Self, 9>> {
-        let (samples, noise, error) = self.samples.about(bias)?;
-        Some(Renewed { factor: Self { samples, ..self.clone() }, noise, error })
+        self.about(bias)
     }
 }
 
