@@ -38,6 +38,7 @@ impl Pattern {
     ///
     /// # Errors
     /// [`GraphError::OutOfMemory`] beyond 2³² numbers.
+    #[cfg(any(test, feature = "io"))]
     pub(crate) fn new(dims: &[usize], pairs: &[(u32, u32)]) -> Result<Self, GraphError> {
         Self::lay_out(Arc::new(Symbolic::new(dims, pairs)), dims, pairs)
     }

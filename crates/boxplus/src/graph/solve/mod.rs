@@ -20,6 +20,7 @@ use super::set::AnySet;
 use super::values::Values;
 use super::{GraphError, gauge};
 use clock::Clock;
+#[cfg(feature = "io")]
 pub(crate) use graduated::Pace;
 pub use graduated::{Graduated, GraduatedLoss, Graduation};
 pub use report::{Iteration, Seconds, SolveReport, Termination};
