@@ -2,7 +2,8 @@
 #![allow(clippy::needless_pass_by_value)] // Arguments of Python are handed over.
 
 use crate::error::GraphError;
-use crate::graph::{Estimated, Numbers, R1, R2, R3, R4, R5, R6, keys, of_group, refused};
+use crate::graph::{Estimated, Numbers, keys, refused};
+use crate::kinds::{R1, R2, R3, R4, R5, R6, of_group};
 use crate::solve::iteration_dict;
 use boxplus::graph::{Initial, Solution, Values, VariableId};
 use boxplus::lie::{Plain, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};

@@ -1,12 +1,13 @@
 //! Steps of the Kalman filter of errors, over arrays of beliefs.
 
+use crate::kinds::{R1, R2, R3, R4, each_group};
 use crate::operation::operations;
 use crate::slot::{Element, Matrix, Scalar, Vector};
 use boxplus::filter::{
     Ekf, Filter, FilterError, Gate, Measurement, Motion, Odometry, Outcome, PositionFix, Range, Sighting,
     VectorSighting,
 };
-use boxplus::lie::{Action, LieGroup, Plain, Rn, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
+use boxplus::lie::{Action, LieGroup, Plain, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
 use boxplus::uncertainty::{Covariance, Gaussian, Global, Local, Side, UncertaintyError};
 use bytemuck::TransparentWrapper;
 use nalgebra::{SMatrix, SVector};
@@ -178,10 +179,10 @@ where
 
 /// Lists the groups: name, dimension of the tangent, numbers, dimension of the points.
 macro_rules! groups {
-    ($module:ident; $($group:ident $name:literal $d:literal $n:literal $p:literal)*) => { $(
-        $module.add(concat!($name, "_sensors"), Sensors::new::<$group, $d, $n, $p>())?;
-        groups!(@ $module $group Local concat!($name, "_local_filter"), $d $n);
-        groups!(@ $module $group Global concat!($name, "_global_filter"), $d $n);
+    ($module:ident; $($group:ident $d:literal $n:literal $p:literal)*) => { $(
+        $module.add(concat!(stringify!($group), "_sensors"), Sensors::new::<$group, $d, $n, $p>())?;
+        groups!(@ $module $group Local concat!(stringify!($group), "_local_filter"), $d $n);
+        groups!(@ $module $group Global concat!(stringify!($group), "_global_filter"), $d $n);
     )* };
     (@ $module:ident $group:ident $side:ident $name:expr, $d:literal $n:literal) => {
         let updates = (
@@ -193,29 +194,11 @@ macro_rules! groups {
     };
 }
 
-type R1 = Rn<1>;
-type R2 = Rn<2>;
-type R3 = Rn<3>;
-type R4 = Rn<4>;
-
 /// Adds the filters of each group and side to the module: predictions, then updates by measurements of 1 to 6 numbers.
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Predictions>()?;
     module.add_class::<Updates>()?;
     module.add_class::<Sensors>()?;
-    groups! { module;
-        SO2 "SO2" 1 2 2
-        SO3 "SO3" 3 4 3
-        SE2 "SE2" 3 4 2
-        SE3 "SE3" 6 7 3
-        SE23 "SE23" 9 10 3
-        SGal3 "SGal3" 10 11 4
-        Sim2 "Sim2" 4 5 2
-        Sim3 "Sim3" 7 8 3
-        R1 "R1" 1 1 1
-        R2 "R2" 2 2 2
-        R3 "R3" 3 3 3
-        R4 "R4" 4 4 4
-    }
+    each_group!(groups, module);
     Ok(())
 }

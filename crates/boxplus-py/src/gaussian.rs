@@ -1,5 +1,6 @@
 //! Uncertain elements: the operations of every group and side, by one table.
 
+use crate::kinds::{R1, R2, R3, R4, each_group};
 use crate::operation::operations;
 use crate::slot::{Element, Matrix, Scalar, Vector};
 use boxplus::lie::{Action, LieGroup, Plain, Rn, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
@@ -142,33 +143,15 @@ fn power(order: f64) -> Order {
 
 /// Lists the groups: dimension of the tangent, numbers, dimension of the points.
 macro_rules! groups {
-    ($module:ident; $($group:ident $name:literal $d:literal $n:literal $p:literal)*) => {
-        $($module.add(concat!($name, "_local"), Gaussians::new::<$group, Local, $d, $n, $p>())?;
-        $module.add(concat!($name, "_global"), Gaussians::new::<$group, Global, $d, $n, $p>())?;)*
+    ($module:ident; $($group:ident $d:literal $n:literal $p:literal)*) => {
+        $($module.add(concat!(stringify!($group), "_local"), Gaussians::new::<$group, Local, $d, $n, $p>())?;
+        $module.add(concat!(stringify!($group), "_global"), Gaussians::new::<$group, Global, $d, $n, $p>())?;)*
     };
 }
-
-type R1 = Rn<1>;
-type R2 = Rn<2>;
-type R3 = Rn<3>;
-type R4 = Rn<4>;
 
 /// Adds the operations of each group and side to the module, under its name.
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Gaussians>()?;
-    groups! { module;
-        SO2 "SO2" 1 2 2
-        SO3 "SO3" 3 4 3
-        SE2 "SE2" 3 4 2
-        SE3 "SE3" 6 7 3
-        SE23 "SE23" 9 10 3
-        SGal3 "SGal3" 10 11 4
-        Sim2 "Sim2" 4 5 2
-        Sim3 "Sim3" 7 8 3
-        R1 "R1" 1 1 1
-        R2 "R2" 2 2 2
-        R3 "R3" 3 3 3
-        R4 "R4" 4 4 4
-    }
+    each_group!(groups, module);
     Ok(())
 }

@@ -4,6 +4,7 @@
 use crate::argument::Argument;
 use crate::error::{GraphError, ShapeError};
 use crate::estimate::{Estimate, Marginals, report};
+use crate::kinds::{R1, R2, R3, R4, R5, R6, of_group};
 use crate::slot::{Element, Matrix, Scalar, Slot, Vector, rows};
 use crate::solve::{choice, initial, observed, set_option};
 use crate::user_factor::{Column, Raised, UserFactors};
@@ -11,7 +12,7 @@ use boxplus::graph::{
     Bearing2, Bearing3, Between, Factor, FactorId, Graph, GroupVariable, Initial, Kernel, Key, Located,
     Noise, Prior, Range, Sighting2, Sighting3, SolveOptions, Values, Variables,
 };
-use boxplus::lie::{Plain, Rn, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
+use boxplus::lie::{Plain, SE2, SE3, SE23, SGal3, SO2, SO3, Sim2, Sim3};
 use bytemuck::TransparentWrapper;
 use nalgebra::{SVector, Unit};
 use numpy::{PyArray1, PyReadonlyArray1};
@@ -20,12 +21,6 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::ops::ControlFlow;
 
-pub(crate) type R1 = Rn<1>;
-pub(crate) type R2 = Rn<2>;
-pub(crate) type R3 = Rn<3>;
-pub(crate) type R4 = Rn<4>;
-pub(crate) type R5 = Rn<5>;
-pub(crate) type R6 = Rn<6>;
 /// Numbers of variables among those of their kind.
 pub(crate) type Numbers<'py> = PyReadonlyArray1<'py, u32>;
 /// How sure measurements are: `"sigmas"`, `"information"` or `"covariance"`, the array, and the name of a robust kernel.
@@ -42,26 +37,6 @@ impl<G, const D: usize, const N: usize> Estimated<D, N> for G where
     G: GroupVariable<D> + Plain<N, Number = f64> + TransparentWrapper<[f64; N]>
 {
 }
-
-/// Calls a function with the group of a name: its type, dimension, and count of stored numbers.
-macro_rules! of_group {
-    ($kind:expr, $function:ident($($argument:expr),*)) => {
-        of_group!(@ $kind, $function($($argument),*);
-            SO2 1 2, SO3 3 4, SE2 3 4, SE3 6 7, SE23 9 10, SGal3 10 11, Sim2 4 5, Sim3 7 8,
-            R1 1 1, R2 2 2, R3 3 3, R4 4 4, R5 5 5, R6 6 6)
-    };
-    (@ $kind:expr, $function:ident $arguments:tt; $($group:ident $d:literal $n:literal),*) => {
-        match $kind {
-            $(stringify!($group) => of_group!(@ $function $group $d $n $arguments),)*
-            kind => Err(PyTypeError::new_err(format!("a graph has no variables of the kind {kind}"))),
-        }
-    };
-    (@ $function:ident $group:ident $d:literal $n:literal ($($argument:expr),*)) => {
-        $function::<$group, $d, $n>($($argument),*)
-    };
-}
-
-pub(crate) use of_group;
 
 /// Variables and factors in the memory of the library.
 #[pyclass(module = "boxplus._core")]

@@ -11,6 +11,7 @@ mod filters;
 mod gaussian;
 mod graph;
 mod groups;
+mod kinds;
 mod operation;
 mod pose_graph;
 mod rotation;

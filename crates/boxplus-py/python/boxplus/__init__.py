@@ -11,11 +11,12 @@ array([2., 0., 0., 0., 0., 1.])
 from boxplus import filters
 from boxplus._core import Error, FilterError, GraphError, LieError, NotFiniteError, ReadError, ShapeError, UncertaintyError, __version__
 from boxplus._gaussian import Gaussian, Order, Side
-from boxplus._graph import Certainty, Factors, Graph, GraphSolution, Options, Variables
+from boxplus._graph import Certainty, Factors, Graph, GraphSolution, Variables
 from boxplus._group import Group, MatrixGroup
 from boxplus._numerical import numerical_jacobians
 from boxplus._planar import SE2, SO2, Sim2
-from boxplus._pose_graph import Edges, Format, Iteration, PoseGraph, Settings, Solution
+from boxplus._pose_graph import Edges, Format, PoseGraph, Settings, Solution
+from boxplus._solving import Iteration, Options
 from boxplus._spatial import SE3, SE23, SO3, Euler, SGal3, Sim3
 from boxplus._vectors import R1, R2, R3, R4, R5, R6, Rn
 

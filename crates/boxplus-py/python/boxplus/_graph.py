@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Generic, Literal, TypeAlias, TypedDict, TypeVar, cast, overload
+from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypedDict, TypeVar, cast, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
     from boxplus._elements import Floats
-    from boxplus._pose_graph import Iteration
+    from boxplus._solving import Iteration, Options
     from boxplus._vectors import R2, R3
 
     Numbers: TypeAlias = npt.NDArray[np.uint32]
@@ -29,26 +29,6 @@ if TYPE_CHECKING:
 G = TypeVar("G", bound=Group)
 P = TypeVar("P", bound=Group)
 Q = TypeVar("Q", bound=Group)
-
-
-class Options(TypedDict, total=False):
-    """The keywords of `Graph.solve`. All are optional."""
-
-    initial: Literal["auto", "as_given", "spanning_tree", "chordal", "grown"]
-    """Where to start; "auto", the default, is whichever costs least. Variables without values are found from displacements and
-    sightings."""
-    algorithm: Literal["levenberg_marquardt", "gauss_newton", "dogleg"]
-    """How the optimiser moves; the first is the default."""
-    max_iterations: int
-    """Trial steps at most; 100."""
-    relative_cost: float
-    """Stop when a step lowers the cost by less than this share of it; 1e-9."""
-    gradient: float
-    """Stop when no coordinate alone could gain this many standard deviations; 1e-9."""
-    step: float
-    """Stop when no coordinate moves by this many standard deviations; 1e-9."""
-    threads: int
-    """Threads that linearise, 0 for one per core. No bit of the result depends on it."""
 
 
 class Certainty(TypedDict, total=False):
@@ -238,7 +218,8 @@ class Graph:
     def solve(
         self, *, progress: Callable[[Iteration], object] | None = None, **options: Unpack[Options]
     ) -> GraphSolution:
-        """The estimate of least cost. See `Options` for the keywords.
+        """The estimate of least cost. See `Options` for the keywords. Variables without values start where displacements and sightings
+        say.
 
         `progress` is called with every trial step; where it returns False, or Ctrl-C is pressed, the search stops with the best
         estimate so far. Not converging is no exception: see `GraphSolution.termination`. Raises `GraphError` where the graph is faulty.

@@ -5,13 +5,14 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias, TypedDict
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from boxplus import _core
 from boxplus._planar import SE2
+from boxplus._solving import Options
 from boxplus._spatial import SE3
 
 if TYPE_CHECKING:
@@ -20,41 +21,19 @@ if TYPE_CHECKING:
     from typing_extensions import Self, Unpack
 
     from boxplus._elements import Floats
+    from boxplus._solving import Iteration
 
     Ids: TypeAlias = npt.NDArray[np.uint64]
 
-Format: TypeAlias = Literal["g2o", "toro", "isam"]
+Format: TypeAlias = Literal["g2o", "toro", "isam", "pyfg"]
 """The formats of files of pose graphs."""
 
 
-class Iteration(TypedDict):
-    """One trial step of a solve, as `progress` is told of it."""
-
-    cost: float
-    """Cost of the estimate after this trial."""
-    decrease: float
-    """Cost before, less the cost that the trial reached."""
-    gain: float
-    """The actual decrease over the one that the linear model promised."""
-    damping: float
-    """λ of Levenberg-Marquardt, or the trust radius of dogleg."""
-    gradient: float
-    """The largest slope along a coordinate, in its standard deviations."""
-    step: float
-    """The largest move of a coordinate, in its standard deviations."""
-    accepted: bool
-    """Whether the estimate moved."""
-    seconds: float
-    """Since the solve began."""
-
-
-class Settings(TypedDict, total=False):
-    """The keywords of `PoseGraph.solve`. All are optional."""
+class Settings(Options, total=False):
+    """The keywords of `PoseGraph.solve`: `Options`, and these. All are optional."""
 
     chart: Literal["log", "g2o", "ceres", "se-sync"]
     """Whose cost is minimised: that of boxplus and GTSAM ("log", the default), g2o, Ceres or SE-Sync."""
-    initial: Literal["auto", "as_given", "spanning_tree", "chordal", "grown"]
-    """Where to start; "auto", the default, is whichever costs least."""
     robust: str
     """How much a large residual may pull: "none" (the default), "huber:1", "cauchy:2.5", ..., scales in standard deviations; or
     "gnc-tls", "gnc-gm", which find false loop closures and leave them out."""
@@ -62,18 +41,6 @@ class Settings(TypedDict, total=False):
     """Vertices to hold, besides those that the graph holds."""
     indefinite: Literal["refuse", "clamp", "isotropic", "skip"]
     """What to do with an information matrix that is not positive definite; the default is to refuse the graph."""
-    algorithm: Literal["levenberg_marquardt", "gauss_newton", "dogleg"]
-    """How the optimiser moves; the first is the default."""
-    max_iterations: int
-    """Trial steps at most; 100."""
-    relative_cost: float
-    """Stop when a step lowers the cost by less than this share of it; 1e-9."""
-    gradient: float
-    """Stop when no coordinate alone could gain this many standard deviations; 1e-9."""
-    step: float
-    """Stop when no coordinate moves by this many standard deviations; 1e-9."""
-    threads: int
-    """Threads that linearise, 0 for one per core. No bit of the result depends on it."""
 
 
 class Edges(NamedTuple):
