@@ -35,17 +35,16 @@ impl<F: Factor<R>, const R: usize> FactorSet<F, R> {
         self.factors.len() - 1
     }
 
-    /// Adds the part of one factor to `out` (gradient, then the blocks Jᵀ_q J_p, p ≤ q) and returns its cost.
+    /// Overwrites `out` with the part of one factor: gradient, then the blocks Jᵀ_q J_p, p ≤ q.
     #[inline(always)]
-    fn linearise_one(&self, index: usize, variables: &F::Variables, out: &mut [f64]) -> f64 {
+    fn linearise_one(&self, index: usize, variables: &F::Variables, out: &mut [f64]) {
         let (residual, jacobians) = self.factors[index].residual_jac(variables);
         let u = self.noises[index].sqrt_information();
         let whitened = u * residual;
-        let (rho, weight) = self.kernels[index].evaluate(whitened.norm_squared());
+        let weight = self.kernels[index].weight(whitened.norm_squared());
         F::Variables::whiten(&jacobians, u, |w| {
             normal_equations::<R>(F::Variables::DIMS, w, whitened.as_slice(), weight, out);
         });
-        0.5 * rho
     }
 }
 
@@ -140,8 +139,9 @@ pub(crate) trait AnySet: Any + Send + Sync {
     fn cost(&self, values: &Values, range: Range<usize>) -> f64;
     /// ‖U·r‖² of one factor.
     fn squared(&self, values: &Values, index: usize) -> f64;
-    /// Cost of `range`, and each factor's part of the normal equations, [`stride`] numbers a factor, into `out`.
-    fn linearise(&self, values: &Values, range: Range<usize>, out: &mut [f64]) -> f64;
+    /// Overwrites `out` with each factor's part of the normal equations, [`stride`] numbers a factor; no numbers where a variable
+    /// has no value.
+    fn linearise(&self, values: &Values, range: Range<usize>, out: &mut [f64]);
     /// Replaces factors that were linearised about a value of their variables by those about `values`.
     fn renew(&mut self, values: &Values) -> Renewal;
     /// Dimension R of the residual.
@@ -228,18 +228,16 @@ impl<F: Factor<R>, const R: usize> AnySet for FactorSet<F, R> {
             (self.noises[index].sqrt_information() * residual).norm_squared()
         })
     }
-    fn linearise(&self, values: &Values, range: Range<usize>, out: &mut [f64]) -> f64 {
+    fn linearise(&self, values: &Values, range: Range<usize>, out: &mut [f64]) {
         let stores = F::Variables::stores(values);
         Kernels::new().run(|| {
-            let mut cost = 0.0;
             for (index, out) in range.zip(out.chunks_exact_mut(stride(F::Variables::DIMS))) {
-                let Some(variables) = F::Variables::gather(&stores, &self.slots[index]) else {
-                    return f64::NAN;
-                };
-                cost += self.linearise_one(index, &variables, out);
+                match F::Variables::gather(&stores, &self.slots[index]) {
+                    Some(variables) => self.linearise_one(index, &variables, out),
+                    None => out.fill(f64::NAN),
+                }
             }
-            cost
-        })
+        });
     }
     fn renew(&mut self, values: &Values) -> Renewal {
         let stores = F::Variables::stores(values);

@@ -224,21 +224,18 @@ impl<B: FactorBatch<R>, const R: usize> AnySet for BatchSet<B, R> {
         let whitened = self.whitened(values, index..index + 1);
         dot(&whitened, &whitened)
     }
-    fn linearise(&self, values: &Values, range: Range<usize>, out: &mut [f64]) -> f64 {
+    fn linearise(&self, values: &Values, range: Range<usize>, out: &mut [f64]) {
         let (residuals, jacobians) = self.whitened_jac(values, range.clone());
-        let mut cost = 0.0;
         for (i, (kernel, out)) in
             self.kernels[range].iter().zip(out.chunks_exact_mut(stride(&self.dims))).enumerate()
         {
             let r = &residuals[i * R..][..R];
-            let (rho, weight) = kernel.evaluate(dot(r, r));
+            let weight = kernel.weight(dot(r, r));
             let rows: [&[f64]; MAX_ARITY] = core::array::from_fn(|v| {
                 jacobians.get(v).map_or(&[][..], |j| &j[i * R * self.dims[v]..][..R * self.dims[v]])
             });
             normal_equations::<R>(&self.dims, &rows[..self.dims.len()], r, weight, out);
-            cost += 0.5 * rho;
         }
-        cost
     }
     fn renew(&mut self, _: &Values) -> Renewal {
         Renewal::default()

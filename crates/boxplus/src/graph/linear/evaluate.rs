@@ -25,7 +25,8 @@ pub(crate) struct Evaluator<'a> {
     sets: &'a [Box<dyn AnySet>],
     chunks: Vec<Chunk>,
     costs: Vec<f64>,
-    parts: Vec<Part>,
+    /// What chunks add to the normal equations.
+    parts: Vec<Vec<f64>>,
     pool: Arc<Pool>,
 }
 
@@ -33,13 +34,6 @@ pub(crate) struct Evaluator<'a> {
 struct Chunk {
     set: usize,
     factors: Range<usize>,
-}
-
-/// What a chunk adds to the normal equations, and to the cost.
-#[derive(Clone, Debug)]
-struct Part {
-    numbers: Vec<f64>,
-    cost: f64,
 }
 
 impl<'a> Evaluator<'a> {
@@ -90,8 +84,8 @@ impl<'a> Evaluator<'a> {
         curvatures
     }
 
-    /// Overwrites `normal` with JᵀJ and Jᵀr at `values`, and returns the cost.
-    pub(crate) fn linearise(&mut self, values: &Values, structure: &Structure, normal: &mut Normal) -> f64 {
+    /// Overwrites `normal` with JᵀJ and Jᵀr at `values`.
+    pub(crate) fn linearise(&mut self, values: &Values, structure: &Structure, normal: &mut Normal) {
         normal.matrix.fill(0.0);
         normal.gradient.fill(0.0);
         let Self { sets, chunks, parts, pool, .. } = self;
@@ -99,20 +93,17 @@ impl<'a> Evaluator<'a> {
             let widest = sets.iter().map(|set| stride(set.dims())).max().unwrap_or(0);
             // One thread scatters each chunk while it is in the cache.
             let together = if pool.threads() > 1 { BATCH.min(chunks.len()) } else { 1 };
-            parts.resize(together, Part { numbers: vec![0.0; widest * CHUNK], cost: 0.0 });
+            parts.resize(together, vec![0.0; widest * CHUNK]);
         }
-        let mut cost = 0.0;
         for batch in chunks.chunks(parts.len().max(1)) {
             let parts = &mut parts[..batch.len()];
             pool.for_each(parts, |i, part| {
                 let Chunk { set, factors } = batch[i].clone();
-                part.cost = sets[set].linearise(values, factors, &mut part.numbers);
+                sets[set].linearise(values, factors, part);
             });
             for (Chunk { set, factors }, part) in batch.iter().zip(parts) {
-                sets[*set].scatter(factors.clone(), &part.numbers, &structure.plans[*set], normal);
-                cost += part.cost;
+                sets[*set].scatter(factors.clone(), part, &structure.plans[*set], normal);
             }
         }
-        cost
     }
 }
