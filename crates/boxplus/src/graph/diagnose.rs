@@ -76,6 +76,22 @@ const FREE: f64 = 1e-21;
 /// Directions above this in JᵀJ are not looked at: its rounding is a thousand times less.
 const CANDIDATE: f64 = 1e-12;
 
+/// A curvature below this, where the diagonal is one, hints at a direction that nothing constrains.
+pub(crate) const SINGULAR: f64 = 1e-10;
+
+/// About the least eigenvalue of a matrix A, from above, by two inverse iterations; `solve` overwrites x with A⁻¹x.
+pub(crate) fn least_eigenvalue(size: usize, mut solve: impl FnMut(&mut [f64])) -> f64 {
+    let mut x = rough(size);
+    let mut least = f64::INFINITY;
+    for _ in 0..2 {
+        let norm = dot(&x, &x).sqrt();
+        x.iter_mut().for_each(|x| *x /= norm);
+        solve(&mut x);
+        least = dot(&x, &x).sqrt().recip();
+    }
+    least
+}
+
 /// The unconstrained directions of the normal equations, or `None` where every direction is constrained.
 pub(crate) fn weakest(
     evaluator: &Evaluator<'_>,

@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::GraphError;
-use super::diagnose::{scale, weakest};
+use super::diagnose::{SINGULAR, least_eigenvalue, scale, weakest};
 use super::gauge;
 use super::linear::analyses::Analyses;
 use super::linear::cholesky::Cholesky;
@@ -46,11 +46,16 @@ impl Marginals {
         let mut evaluator = Evaluator::new(sets, 1);
         evaluator.linearise(&values, &structure, &mut normal);
         let (scaled, scale) = scale(&structure, &normal);
-        if let Some(unconstrained) = weakest(&evaluator, &structure, &normal, &values)? {
+        let mut cholesky = Cholesky::new(&structure.pattern)?;
+        let factorised = cholesky.factorise(&scaled).is_ok();
+        // The search for free directions costs as much again: only where the factor hints at one.
+        let doubtful = !factorised || least_eigenvalue(structure.size(), |x| cholesky.solve(x)) < SINGULAR;
+        if doubtful && let Some(unconstrained) = weakest(&evaluator, &structure, &normal, &values)? {
             return Err(GraphError::Unconstrained(unconstrained));
         }
-        let mut cholesky = Cholesky::new(&structure.pattern)?;
-        cholesky.factorise(&scaled).map_err(|_| GraphError::IllConditioned)?;
+        if !factorised {
+            return Err(GraphError::IllConditioned);
+        }
         Ok(Self { structure, cholesky, scale, values, gauge, free: None })
     }
 

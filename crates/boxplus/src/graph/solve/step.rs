@@ -3,9 +3,10 @@
 use super::clock::Clock;
 use super::report::Seconds;
 use super::{Algorithm, SolveOptions};
+use crate::graph::diagnose::{SINGULAR, least_eigenvalue};
 use crate::graph::linear::cholesky::Cholesky;
 use crate::graph::linear::structure::{Normal, Structure};
-use crate::graph::linear::vector::{dot, product, rough};
+use crate::graph::linear::vector::{dot, product};
 
 /// The linear model at the current estimate, and the means to solve it.
 pub(crate) struct System<'a> {
@@ -71,8 +72,6 @@ const FREE_DAMPING: f64 = 1e-6;
 const SMALLEST_DAMPING: f64 = 1e-14;
 /// A trial is accepted when the cost falls by this share of the promise.
 const ACCEPT: f64 = 1e-3;
-/// A curvature below this, where the diagonal is one, hints at a direction that nothing constrains.
-const SINGULAR: f64 = 1e-10;
 /// λ beyond which a factor says nothing of the least curvature, and one that hides nothing above [`SINGULAR`].
 const HIDING: f64 = 1e-6;
 const PROBING: f64 = 1e-13;
@@ -258,16 +257,12 @@ impl Region {
 
     /// About the least eigenvalue of D^-½HD^-½ + λI, from above.
     fn least_curvature(&self, system: &mut System<'_>) -> f64 {
-        let mut x = rough(self.diagonal.len());
-        let mut smallest = f64::INFINITY;
-        for _ in 0..2 {
-            let norm = dot(&x, &x).sqrt();
-            x.iter_mut().zip(&self.diagonal).for_each(|(x, d)| *x *= d.sqrt() / norm);
-            system.cholesky.solve(&mut x);
-            x.iter_mut().zip(&self.diagonal).for_each(|(x, d)| *x *= d.sqrt());
-            smallest = dot(&x, &x).sqrt().recip();
-        }
-        smallest
+        let scale = |x: &mut [f64]| x.iter_mut().zip(&self.diagonal).for_each(|(x, d)| *x *= d.sqrt());
+        least_eigenvalue(self.diagonal.len(), |x| {
+            scale(x);
+            system.cholesky.solve(x);
+            scale(x);
+        })
     }
 }
 
