@@ -218,6 +218,11 @@ fn a_graph_that_a_format_cannot_hold_is_not_written() {
         assert!(matches!(io::write(&graph, format).unwrap_err(), WriteError::NotFinite { id: 5, .. }));
     }
 
+    let alone = io::read(b"VERTEX_SE2 0 0 0 0\n", "", None).unwrap().graph;
+    let what = "vertices without a measurement";
+    let error = WriteError::Unrepresentable { format: Format::Isam, what, count: 1 };
+    assert_eq!(io::write(&alone, Format::Isam).unwrap_err(), error);
+
     let kept = "VERTEX_SE2 0 0 0 0\nVERTEX3 1 2 3 4 5 6 7 8\n";
     let graph = io::read(kept.as_bytes(), "", Some(Format::G2o)).unwrap().graph;
     assert_eq!(io::write(&graph, Format::G2o).unwrap(), kept);

@@ -89,6 +89,8 @@ fn measurements_only(graph: &PoseGraph) -> Result<(), WriteError> {
         graph.priors2.len() + graph.priors3.len() + graph.point_priors2.len() + graph.point_priors3.len();
     let on_body = |o: &&Offset<SE3>| o.value == SE3::identity();
     let moved = graph.offsets3.len() - graph.offsets3.iter().filter(on_body).count();
+    let measured = graph.edges2.len() + graph.edges3.len() + graph.sightings2.len() + graph.sightings3.len();
+    let alone = if measured == 0 { graph.vertex_count() } else { 0 };
     super::refuse(
         Format::Isam,
         &[
@@ -97,6 +99,7 @@ fn measurements_only(graph: &PoseGraph) -> Result<(), WriteError> {
             ("priors", priors),
             ("fixed vertices", graph.fixed.len()),
             ("sensor offsets", graph.offsets2.len() + moved),
+            ("vertices without a measurement", alone),
         ],
     )
 }
